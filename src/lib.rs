@@ -1,0 +1,37 @@
+//! Trees for scenes that need thousands of them.
+//!
+//! A photograph goes in at the top and a small 3-D model comes out at the bottom; data flows one way, and a module imports only
+//! from floors below it (`tests/floors.rs` holds the table):
+//!
+//! ```text
+//! photo ──segment──▶ mask ──silhouette──▶ feature points ──crown──▶ crown mesh ──texture──▶ textured crown ─┐
+//!                                                                                           trunk ─────────┴▶ TreeModel ─▶ GLB
+//! ```
+//!
+//! * floor 0: [`error`], [`seed`], [`params`], [`files`], [`geom`], [`raster`] — what everything stands on;
+//! * floor 1: [`photo`] — decoding, segmentation, silhouette, exemplar, trunk cues;
+//! * floor 2: [`crown`] and [`texture`] — outline to closed surface, exemplar to atlas;
+//! * floor 3: [`model`] — the pipeline from photograph to `TreeModel`, and its GLB file;
+//! * floor 7: [`report`] — pictures for people: stage drawings and contact sheets;
+//! * floor 8: [`cli`] — arguments, progress, messages.
+//!
+//! The method is that of She et al. 2018, "Sphere-board" trees (cited as "She §…"); where this library goes beyond the paper, the
+//! documentation says "ours" and why.
+
+#![warn(missing_docs)]
+
+pub mod cli;
+pub mod crown;
+pub mod error;
+pub mod files;
+pub mod geom;
+pub mod model;
+pub mod params;
+pub mod photo;
+pub mod raster;
+pub mod report;
+pub mod seed;
+pub mod texture;
+
+pub use error::{Error, Result, Warning};
+pub use seed::Seed;

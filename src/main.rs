@@ -1,0 +1,5 @@
+//! The `sphereboard` program; everything it does is in the library.
+
+fn main() -> std::process::ExitCode {
+    sphereboard::cli::run()
+}

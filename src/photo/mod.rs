@@ -1,0 +1,15 @@
+//! From a photograph to what it shows of one tree: pixels, masks, outline, bark and a square of foliage (She §3.1–3.2, fig. 6–7).
+//!
+//! Everything here is in pixels of the photograph, x to the right, y down, the top left corner of the top left pixel at (0, 0).
+
+pub mod decode;
+pub mod exemplar;
+pub mod segment;
+pub mod silhouette;
+pub mod trunk;
+
+pub use decode::{DecodeParams, Photo};
+pub use exemplar::{Exemplar, ExemplarParams};
+pub use segment::{Hints, SegmentParams, Segmentation};
+pub use silhouette::{Axis, Silhouette, SilhouetteParams};
+pub use trunk::TrunkCues;

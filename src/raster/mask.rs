@@ -1,0 +1,129 @@
+//! A mask: one yes or no per pixel, row by row from the top left.
+
+use image::GrayImage;
+
+/// A rectangle of pixels: `x, y` is its top left corner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Rect {
+    /// Left column.
+    pub x: u32,
+    /// Top row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// A set of pixels. Stored as one byte per pixel, 0 or 255, so that it is a grey image without conversion.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Mask {
+    width: u32,
+    height: u32,
+    data: Vec<u8>,
+}
+
+impl std::fmt::Debug for Mask {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Mask {}×{}, {} set", self.width, self.height, self.count())
+    }
+}
+
+impl Mask {
+    /// An empty mask.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self { width, height, data: vec![0; width as usize * height as usize] }
+    }
+
+    /// The mask of the pixels for which `inside(x, y)` holds.
+    pub fn from_fn(width: u32, height: u32, mut inside: impl FnMut(u32, u32) -> bool) -> Self {
+        let mut mask = Self::new(width, height);
+        for (i, value) in mask.data.iter_mut().enumerate() {
+            *value = 255 * u8::from(inside(i as u32 % width, i as u32 / width));
+        }
+        mask
+    }
+
+    /// The pixels of a grey image that are at least 128.
+    pub fn from_gray(image: &GrayImage) -> Self {
+        let data = image.as_raw().iter().map(|&v| if v >= 128 { 255 } else { 0 }).collect();
+        Self { width: image.width(), height: image.height(), data }
+    }
+
+    /// The mask as a picture: 255 inside, 0 outside.
+    pub fn to_gray(&self) -> GrayImage {
+        GrayImage::from_raw(self.width, self.height, self.data.clone()).expect("the buffer has width × height bytes")
+    }
+
+    /// Columns.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// One byte per pixel, 0 or 255, row by row.
+    pub fn as_raw(&self) -> &[u8] {
+        &self.data
+    }
+
+    /// Mutable access to the bytes; keep them 0 or 255.
+    pub fn as_raw_mut(&mut self) -> &mut [u8] {
+        &mut self.data
+    }
+
+    /// Whether the pixel is in the set; `false` outside the image.
+    pub fn get(&self, x: i64, y: i64) -> bool {
+        (0..i64::from(self.width)).contains(&x)
+            && (0..i64::from(self.height)).contains(&y)
+            && self.data[y as usize * self.width as usize + x as usize] != 0
+    }
+
+    /// Puts a pixel in or out of the set.
+    ///
+    /// # Panics
+    /// When the pixel lies outside the image.
+    pub fn set(&mut self, x: u32, y: u32, inside: bool) {
+        assert!(x < self.width && y < self.height, "pixel {x},{y} lies outside {}×{}", self.width, self.height);
+        self.data[y as usize * self.width as usize + x as usize] = 255 * u8::from(inside);
+    }
+
+    /// Pixels in the set.
+    pub fn count(&self) -> usize {
+        self.data.iter().filter(|&&v| v != 0).count()
+    }
+
+    /// The smallest rectangle around the set, `None` when it is empty.
+    pub fn bounds(&self) -> Option<Rect> {
+        let row = |y: usize| &self.data[y * self.width as usize..(y + 1) * self.width as usize];
+        let filled: Vec<usize> = (0..self.height as usize).filter(|&y| row(y).iter().any(|&v| v != 0)).collect();
+        let (top, bottom) = (*filled.first()?, *filled.last()?);
+        let left = filled.iter().filter_map(|&y| row(y).iter().position(|&v| v != 0)).min()?;
+        let right = filled.iter().filter_map(|&y| row(y).iter().rposition(|&v| v != 0)).max()?;
+        Some(Rect { x: left as u32, y: top as u32, width: (right - left + 1) as u32, height: (bottom - top + 1) as u32 })
+    }
+
+    /// Combines two masks of the same size pixel by pixel.
+    ///
+    /// # Panics
+    /// When the sizes differ.
+    pub fn zip(&self, other: &Self, combine: impl Fn(bool, bool) -> bool) -> Self {
+        assert_eq!((self.width, self.height), (other.width, other.height), "masks of one size");
+        let data = self.data.iter().zip(&other.data).map(|(&a, &b)| 255 * u8::from(combine(a != 0, b != 0))).collect();
+        Self { width: self.width, height: self.height, data }
+    }
+
+    /// Intersection over union with a mask of the same size; 1 when both are empty.
+    pub fn iou(&self, other: &Self) -> f64 {
+        assert_eq!((self.width, self.height), (other.width, other.height), "masks of one size");
+        let (mut both, mut either) = (0usize, 0usize);
+        for (&a, &b) in self.data.iter().zip(&other.data) {
+            both += usize::from(a & b != 0);
+            either += usize::from(a | b != 0);
+        }
+        if either == 0 { 1.0 } else { both as f64 / either as f64 }
+    }
+}

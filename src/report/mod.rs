@@ -1,0 +1,1 @@
+//! Pictures for people: every stage drawn over the photograph, and contact sheets.
