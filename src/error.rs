@@ -43,6 +43,24 @@ pub enum Error {
         /// What the system said.
         cause: std::io::Error,
     },
+    /// Two photographs whose outputs would have one name.
+    #[error("{first} and {second} would both be written as {stem}.*; rename one of them, or run them into two folders with --out")]
+    SameStem {
+        /// The common file name without extension.
+        stem: String,
+        /// The photograph named first.
+        first: PathBuf,
+        /// The photograph named later.
+        second: PathBuf,
+    },
+    /// Options that cannot be used together.
+    #[error("{what}; {remedy}")]
+    Usage {
+        /// What does not fit.
+        what: String,
+        /// What to do instead.
+        remedy: &'static str,
+    },
     /// A result that breaks the library's own promise: a bug, not a user's mistake.
     #[error("internal check failed in {stage}: {what}; please report this with the photograph and the parameters")]
     Internal {

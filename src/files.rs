@@ -3,27 +3,55 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use tempfile::NamedTempFile;
+
 use crate::{Error, Result};
 
-/// Writes `bytes` to a temporary name beside `path`, flushes it to disk and renames it, so that a killed run leaves the old file or
-/// the new one, never half of either.
+/// Writes one file through [`write_all`].
 ///
 /// # Errors
-/// [`Error::Write`] when the folder is missing or not writable, or the disk is full; the temporary file is removed.
+/// [`Error::Write`] when the folder is missing or not writable, or the disk is full.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_all(&[(path.to_owned(), bytes.to_owned())])
+}
+
+/// Writes a set of files that belong together. Each goes to a temporary name beside its target and is flushed to disk; only when all of
+/// them are there are they renamed, so that a killed run or a full disk leaves every old file or every new one whole, never half of one.
+///
+/// # Errors
+/// [`Error::Write`] names the first file that could not be written; the temporary files are removed.
+pub fn write_all(files: &[(PathBuf, Vec<u8>)]) -> Result<()> {
+    let staged: Vec<NamedTempFile> = files.iter().map(|(path, bytes)| stage(path, bytes)).collect::<Result<_>>()?;
+    for (file, (path, _)) in staged.into_iter().zip(files) {
+        file.persist(path).map_err(|e| Error::Write { path: path.clone(), cause: e.error })?;
+    }
+    Ok(())
+}
+
+fn stage(path: &Path, bytes: &[u8]) -> Result<NamedTempFile> {
     let failed = |cause| Error::Write { path: path.to_owned(), cause };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::Builder::new().prefix(".sphereboard-").suffix(".part").tempfile_in(folder).map_err(failed)?;
+    let mut file = temporary_in(path.parent().unwrap_or(Path::new(""))).map_err(failed)?;
     file.write_all(bytes).map_err(failed)?;
     file.as_file().sync_all().map_err(failed)?;
-    // A temporary file is private; an output has the permissions any new file of this user would have.
+    Ok(file)
+}
+
+fn temporary_in(folder: &Path) -> std::io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".sphereboard-").suffix(".part");
+    // A temporary file is private by default; an output has the permissions that any new file of this user would have.
     #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(failed)?;
-    }
-    file.persist(path).map_err(|e| failed(e.error))?;
-    Ok(())
+    builder.permissions(<std::fs::Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
+    builder.tempfile_in(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })
+}
+
+/// Makes `folder` where it is missing and checks that files can be created in it, before any work is spent on what goes there.
+///
+/// # Errors
+/// [`Error::Write`] naming the folder.
+pub fn ready_folder(folder: &Path) -> Result<()> {
+    let made = std::fs::create_dir_all(folder).and_then(|()| temporary_in(folder));
+    made.map(drop).map_err(|cause| Error::Write { path: folder.to_owned(), cause })
 }
 
 /// The folder of the shared photographs, meshes and papers: `SPHEREBOARD_SHARED`, else `../shared` beside the checkout; `None`
@@ -31,4 +59,20 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
 pub fn shared_folder() -> Option<PathBuf> {
     let folder = std::env::var_os("SPHEREBOARD_SHARED").map_or_else(|| PathBuf::from("../shared"), PathBuf::from);
     folder.is_dir().then_some(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_of_files_appears_whole_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let (good, bad) = (folder.path().join("a.json"), folder.path().join("missing/b.glb"));
+        let error = write_all(&[(good.clone(), b"a".to_vec()), (bad, b"b".to_vec())]).unwrap_err();
+        assert!(error.to_string().contains("b.glb"), "{error}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is left behind");
+        write_all(&[(good.clone(), b"a".to_vec())]).unwrap();
+        assert_eq!(std::fs::read(good).unwrap(), b"a");
+    }
 }

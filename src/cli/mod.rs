@@ -1,6 +1,63 @@
 //! The command line: arguments to library calls. clap, progress bars and colours live only here.
+//!
+//! Exit codes: 0 all done, 1 at least one photograph failed (the others are written), 2 the arguments make no sense (nothing is written).
 
-/// Runs the program and returns its exit code.
-pub fn run() -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+mod batch;
+mod hints;
+mod model;
+mod options;
+mod segment;
+
+use std::process::ExitCode;
+
+use clap::Command;
+
+use crate::Result;
+
+/// Runs the program on the process's arguments and returns its exit code.
+pub fn run() -> ExitCode {
+    let matches = match command().try_get_matches() {
+        Ok(matches) => matches,
+        Err(message) => {
+            // A closed pipe is no reason to fail louder than the message itself.
+            let _ = message.print();
+            return if message.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS };
+        }
+    };
+    let outcome = match matches.subcommand() {
+        Some(("model", m)) => model::run(m),
+        Some(("segment", m)) => segment::run(m),
+        _ => unreachable!("clap accepts only the subcommands of `command`"),
+    };
+    outcome.unwrap_or_else(|error| {
+        eprintln!("sphereboard: {error}");
+        ExitCode::from(2)
+    })
+}
+
+/// The whole command line, as clap sees it.
+fn command() -> Command {
+    Command::new("sphereboard")
+        .version(env!("CARGO_PKG_VERSION"))
+        .about("Photographs of trees become light 3-D models for scenes that need thousands of them.")
+        .after_help(
+            "Start here:\n  sphereboard model photos/painted_oak.jpg --out trees --height-m 12\n\
+             writes trees/painted_oak.glb, which any glTF viewer opens, and trees/painted_oak.json, which says how it was made.\n\
+             `sphereboard COMMAND --help` explains every option; `-h` is the short form.",
+        )
+        .subcommand_required(true)
+        .arg_required_else_help(true)
+        .subcommand(model::command())
+        .subcommand(segment::command())
+}
+
+/// What a command returns: its exit code, or a mistake in the arguments.
+type Outcome = Result<ExitCode>;
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_command_line_is_consistent() {
+        super::command().debug_assert();
+    }
 }

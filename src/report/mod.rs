@@ -1,1 +1,5 @@
-//! Pictures for people: every stage drawn over the photograph, and contact sheets.
+//! Pictures for people: every stage drawn over the photograph ([`stages`]), and contact sheets ([`sheet`]).
+
+pub mod draw;
+pub mod sheet;
+pub mod stages;

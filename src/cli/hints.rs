@@ -1,0 +1,93 @@
+//! What a person may say about a picture: `--rect`, `--include`, `--exclude`, `--mask`, `--hue` (She §3.1, "manual interventions").
+
+use std::path::{Path, PathBuf};
+
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+
+use crate::photo::{DecodeParams, Hints};
+use crate::raster::Rect;
+use crate::{Error, Result};
+
+/// Adds the options.
+pub fn add(command: Command) -> Command {
+    let option = |name: &'static str, value: &'static str, help: &'static str| {
+        Arg::new(name).long(name).value_name(value).help(help).help_heading("Manual help with the segmentation (pixels of the upright photograph)")
+    };
+    command
+        .arg(option("rect", "X,Y,W,H", "The crown lies inside this rectangle; X,Y is its top left corner"))
+        .arg(option("include", "X,Y", "This pixel belongs to the crown; may be repeated").action(ArgAction::Append))
+        .arg(option("exclude", "X,Y", "This pixel does not belong to the crown; may be repeated").action(ArgAction::Append))
+        .arg(option("mask", "FILE", "A picture of the photograph's size, white where the crown is; replaces the segmentation").value_parser(value_parser!(PathBuf)))
+        .arg(option("hue", "LO..HI", "Foliage hue in degrees (0 red, 60 yellow, 120 green), low to high; She §3.1 uses 90..150"))
+}
+
+/// Whether any hint that only makes sense for one photograph was given.
+pub fn for_one_photo(matches: &ArgMatches) -> Option<&'static str> {
+    ["rect", "include", "exclude", "mask"].into_iter().find(|name| matches.contains_id(name) && matches.value_source(name).is_some())
+}
+
+/// Reads the hints.
+///
+/// # Errors
+/// [`Error::Parameter`] for text of another form; the errors of decoding for `--mask`.
+pub fn read(matches: &ArgMatches, decode: &DecodeParams) -> Result<Hints> {
+    let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
+    let points = |name: &'static str| -> Result<Vec<(u32, u32)>> {
+        let given = matches.get_many::<String>(name).unwrap_or_default();
+        given.map(|t| whole_numbers::<2>(name, t, "X,Y, two whole numbers of pixels").map(|[x, y]| (x, y))).collect()
+    };
+    Ok(Hints {
+        rect: text("rect")
+            .map(|t| whole_numbers::<4>("rect", t, "X,Y,W,H, four whole numbers of pixels"))
+            .transpose()?
+            .map(|[x, y, width, height]| Rect { x, y, width, height }),
+        include: points("include")?,
+        exclude: points("exclude")?,
+        mask: matches.get_one::<PathBuf>("mask").map(|path| crown_mask(path, decode)).transpose()?,
+        hue_deg: text("hue").map(hue_range).transpose()?,
+    })
+}
+
+fn whole_numbers<const N: usize>(name: &str, text: &str, expected: &str) -> Result<[u32; N]> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| wrong(name, text, expected))
+}
+
+fn hue_range(text: &str) -> Result<(f64, f64)> {
+    let range = text.split_once("..").and_then(|(low, high)| Some((low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?)));
+    let allowed = |&(low, high): &(f64, f64)| 0.0 <= low && low <= high && high <= 360.0;
+    range.filter(allowed).ok_or_else(|| wrong("hue", text, "LO..HI in degrees with 0 ≤ LO ≤ HI ≤ 360"))
+}
+
+fn wrong(name: &str, text: &str, expected: &str) -> Error {
+    Error::Parameter { name: format!("--{name}"), expected: expected.to_owned(), found: text.to_owned() }
+}
+
+/// A hand-drawn mask: white is crown.
+fn crown_mask(path: &Path, decode: &DecodeParams) -> Result<crate::raster::Mask> {
+    let photo = crate::photo::decode::decode(path, decode)?;
+    Ok(crate::raster::Mask::from_gray(&image::imageops::grayscale(&photo.image)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hue_ranges_are_read_and_reversed_ones_refused() {
+        assert_eq!(hue_range("45..170").unwrap(), (45.0, 170.0));
+        assert_eq!(hue_range("45.5..45.5").unwrap(), (45.5, 45.5));
+        for text in ["150..90", "90", "90..", "-5..20", "0..400", "NaN..20", "a..b", ""] {
+            let message = hue_range(text).unwrap_err().to_string();
+            assert!(message.contains("--hue must be LO..HI in degrees"), "{message}");
+        }
+    }
+
+    #[test]
+    fn rectangles_need_four_whole_numbers() {
+        assert_eq!(whole_numbers::<4>("rect", "1, 2,3,4", "").unwrap(), [1, 2, 3, 4]);
+        for text in ["1,2,3", "1,2,3,4,5", "1,2,3,-4", "1.5,2,3,4", ""] {
+            assert!(whole_numbers::<4>("rect", text, "").is_err(), "{text}");
+        }
+    }
+}
