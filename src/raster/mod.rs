@@ -1,5 +1,7 @@
 //! Plain images: [`Mask`] and the small software rasteriser.
 
 mod mask;
+mod render;
 
 pub use mask::{Mask, Rect};
+pub use render::{Capture, Light, Material, View, render, to_linear, to_srgb};
