@@ -69,6 +69,35 @@ pub enum Error {
         /// Which promise.
         what: String,
     },
+    // Rasteriser, exemplar and texture.
+    /// A view that cannot be drawn.
+    #[error(
+        "a view needs 1 to 16384 pixels a side, a finite direction and a positive half-height, but has {found}; give another size"
+    )]
+    View {
+        /// Its size.
+        found: String,
+    },
+    /// A surface whose arrays do not belong together.
+    #[error("a surface needs polygons over its own vertices and one normal and texture coordinate per vertex, but has {found}")]
+    Surface {
+        /// What does not fit.
+        found: String,
+    },
+    /// A crown without foliage to cut an exemplar from.
+    #[error(
+        "the texture needs at least 2×2 pixels of foliage inside the crown, but there is {found}; mark the crown with --mask or --rect"
+    )]
+    NoFoliage {
+        /// What there is instead.
+        found: String,
+    },
+    /// A crown mesh that cannot be textured.
+    #[error("the texture needs a closed crown mesh around its centre, but has {found}; try --detail medium or another seed")]
+    Untexturable {
+        /// What there is instead.
+        found: String,
+    },
 }
 
 /// Something a user should know about a result that was produced all the same.

@@ -1,0 +1,397 @@
+//! The software rasteriser: textured surfaces seen in parallel projection, as plain images (DESIGN §4, "Capture").
+//!
+//! The same bytes on every machine and any number of threads: rows are independent, and of two surfaces at one depth the first drawn
+//! stays. In parallel projection the texture gradients are constant over a triangle, so its mip level is exact. Colours are averaged
+//! in linear light.
+
+use std::sync::LazyLock;
+
+use glam::{Vec2, Vec3, Vec4};
+use image::{GrayImage, Luma, Rgba, RgbaImage};
+use rayon::prelude::*;
+
+use crate::geom::{Bounds, Surface};
+use crate::{Error, Result};
+
+/// A parallel projection. The viewer of azimuth 0 and elevation 0 stands on +Z, +X to the right and +Y up in the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Where the viewer stands round +Y, radians; π/2 is +X.
+    pub azimuth_rad: f32,
+    /// How far above the horizon the viewer stands, radians; π/2 looks straight down.
+    pub elevation_rad: f32,
+    /// What appears in the middle of the picture, metres.
+    pub center: Vec3,
+    /// Half the height of the picture, metres.
+    pub half_height_m: f32,
+    /// Columns.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+}
+
+impl View {
+    /// The view from that side that shows all of `bounds` with a margin of 4 %.
+    pub fn around(bounds: &Bounds, azimuth_rad: f32, elevation_rad: f32, width_px: u32, height_px: u32) -> Self {
+        let mut view = Self { azimuth_rad, elevation_rad, center: bounds.center(), half_height_m: 1.0, width_px, height_px };
+        let ([right, up, _], half) = (view.axes(), 0.5 * bounds.size());
+        let reach = |axis: Vec3| axis.abs().dot(half);
+        let aspect = width_px.max(1) as f32 / height_px.max(1) as f32;
+        view.half_height_m = (1.04 * reach(up).max(reach(right) / aspect)).max(1e-3);
+        view
+    }
+
+    /// Right, up and towards the viewer: unit vectors of object space.
+    pub fn axes(&self) -> [Vec3; 3] {
+        let ((sa, ca), (se, ce)) = (self.azimuth_rad.sin_cos(), self.elevation_rad.sin_cos());
+        let (right, toward) = (Vec3::new(ca, 0.0, -sa), Vec3::new(sa * ce, se, ca * ce));
+        [right, toward.cross(right), toward]
+    }
+
+    fn check(&self) -> Result<()> {
+        let size = 1..=16_384u32;
+        let finite =
+            [self.azimuth_rad, self.elevation_rad, self.half_height_m].iter().all(|v| v.is_finite()) && self.center.is_finite();
+        if size.contains(&self.width_px) && size.contains(&self.height_px) && finite && self.half_height_m > 0.0 {
+            return Ok(());
+        }
+        let found = format!("{}×{} pixels of half-height {} m", self.width_px, self.height_px, self.half_height_m);
+        Err(Error::View { found })
+    }
+}
+
+/// What a surface is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Material<'a> {
+    /// Base colour, sRGB with straight alpha; U repeats, V is clamped.
+    pub texture: Option<&'a RgbaImage>,
+    /// Multiplies the texture, or is the colour without one; linear light, straight alpha.
+    pub factor: [f32; 4],
+    /// Texels of less alpha are not there.
+    pub alpha_cutoff: f32,
+    /// Whether faces turned away from the viewer are drawn, with their normal turned round.
+    pub two_sided: bool,
+}
+
+impl Default for Material<'_> {
+    fn default() -> Self {
+        Self { texture: None, factor: [1.0; 4], alpha_cutoff: 0.5, two_sided: false }
+    }
+}
+
+/// A sun and a sky for previews: a face turned to the sun keeps its base colour, one in shade keeps `ambient` of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// Towards the sun; any length but zero.
+    pub toward_sun: Vec3,
+    /// Part of the light that comes from everywhere, 0..=1.
+    pub ambient: f32,
+}
+
+/// What a view shows, row by row from the top left.
+#[derive(Debug, Clone)]
+pub struct Capture {
+    /// sRGB with straight alpha; alpha is the covered part of the pixel.
+    pub color: RgbaImage,
+    /// Distance towards the viewer from the plane through the view's centre, metres; negative infinity where nothing is.
+    pub depth_m: Vec<f32>,
+    /// Unit normal in object space; zero where nothing is.
+    pub normal: Vec<Vec3>,
+    /// Covered part of the pixel, 0..=255.
+    pub coverage: GrayImage,
+}
+
+impl Capture {
+    /// The colour over a plain background (sRGB), blended in linear light.
+    pub fn over(&self, background: [u8; 3]) -> RgbaImage {
+        let mut image = self.color.clone();
+        for p in image.pixels_mut() {
+            let a = f32::from(p[3]) / 255.0;
+            for (c, b) in p.0[..3].iter_mut().zip(background) {
+                *c = to_srgb(a * to_linear(*c) + (1.0 - a) * to_linear(b));
+            }
+            p[3] = 255;
+        }
+        image
+    }
+}
+
+/// Samples per pixel and axis: 9 samples hide stairs at outlines and at the alpha test.
+const SAMPLES: u32 = 3;
+
+/// Draws `surfaces` in order.
+///
+/// # Errors
+/// [`Error::View`] for a picture without extent or above 16,384 pixels; [`Error::Surface`] when a polygon names a vertex that is not
+/// there, or when normals or texture coordinates are neither absent nor one per vertex.
+pub fn render(surfaces: &[(&Surface, Material)], view: &View, light: Option<&Light>) -> Result<Capture> {
+    view.check()?;
+    let mut triangles = Vec::new();
+    let mut textures = Vec::new();
+    for (surface, material) in surfaces {
+        check_surface(surface)?;
+        let texture = material.texture.filter(|t| t.width() > 0 && t.height() > 0 && !surface.uvs.is_empty()).map(MipChain::of);
+        textures.push(texture);
+        let drawn = textures.len() - 1;
+        triangles.extend(surface.mesh.triangulated().filter_map(|t| Facet::project(surface, material, drawn, t, view, &textures)));
+    }
+    let shade = Shader { textures: &textures, materials: surfaces, light };
+    let width = view.width_px as usize;
+    let rows: Vec<Vec<Pixel>> = (0..view.height_px).into_par_iter().map(|y| draw_row(y, width, &triangles, &shade)).collect();
+    let mut capture = Capture {
+        color: RgbaImage::new(view.width_px, view.height_px),
+        depth_m: Vec::with_capacity(width * rows.len()),
+        normal: Vec::with_capacity(width * rows.len()),
+        coverage: GrayImage::new(view.width_px, view.height_px),
+    };
+    for (y, row) in rows.iter().enumerate() {
+        for (x, pixel) in row.iter().enumerate() {
+            let alpha = (255.0 * pixel.coverage).round() as u8;
+            let [r, g, b] = pixel.color.to_array().map(to_srgb);
+            capture.color.put_pixel(x as u32, y as u32, Rgba([r, g, b, alpha]));
+            capture.coverage.put_pixel(x as u32, y as u32, Luma([alpha]));
+            capture.depth_m.push(pixel.depth);
+            capture.normal.push(pixel.normal);
+        }
+    }
+    Ok(capture)
+}
+
+fn check_surface(surface: &Surface) -> Result<()> {
+    let n = surface.mesh.positions.len();
+    let per_vertex = |count: usize| count == 0 || count == n;
+    if !per_vertex(surface.normals.len()) || !per_vertex(surface.uvs.len()) {
+        let found = format!("{n} vertices with {} normals and {} texture coordinates", surface.normals.len(), surface.uvs.len());
+        return Err(Error::Surface { found });
+    }
+    match surface.mesh.polygons().flatten().find(|&&v| v as usize >= n) {
+        Some(v) => Err(Error::Surface { found: format!("a polygon over vertex {v} of {n}") }),
+        None => Ok(()),
+    }
+}
+
+/// A triangle in sample coordinates: x right, y down, z towards the viewer in metres.
+struct Facet {
+    corners: [Vec3; 3],
+    normals: [Vec3; 3],
+    uvs: [Vec2; 3],
+    /// Inverse of twice the signed area in samples².
+    inverse_area: f32,
+    surface: usize,
+    /// Mip level at which one texel is about one sample.
+    level: f32,
+}
+
+impl Facet {
+    /// `None` for triangles that are turned away, degenerate or not finite.
+    fn project(
+        surface: &Surface,
+        material: &Material,
+        index: usize,
+        triangle: [u32; 3],
+        view: &View,
+        textures: &[Option<MipChain>],
+    ) -> Option<Self> {
+        let [right, up, toward] = view.axes();
+        let samples_per_m = (SAMPLES * view.height_px) as f32 / (2.0 * view.half_height_m);
+        let middle = 0.5 * Vec2::new((SAMPLES * view.width_px) as f32, (SAMPLES * view.height_px) as f32);
+        let at = triangle.map(|v| v as usize);
+        let mut corners = at.map(|v| {
+            let p = surface.mesh.positions[v] - view.center;
+            Vec3::new(middle.x + p.dot(right) * samples_per_m, middle.y - p.dot(up) * samples_per_m, p.dot(toward))
+        });
+        let [a, b, c] = corners.map(|p| p.truncate());
+        // y points down, so an outward face has negative area here.
+        let area = -(b - a).perp_dot(c - a);
+        if !area.is_finite() || area.abs() < 1e-9 || (area < 0.0 && !material.two_sided) {
+            return None;
+        }
+        let [p, q, r] = at.map(|v| surface.mesh.positions[v]);
+        let face = (q - p).cross(r - p).normalize_or(toward);
+        let turn = area.signum();
+        let mut normals = at.map(|v| turn * surface.normals.get(v).copied().unwrap_or(face));
+        let mut uvs = at.map(|v| surface.uvs.get(v).copied().unwrap_or_default());
+        let level = textures[index].as_ref().map_or(0.0, |t| {
+            let size = Vec2::new(t.levels[0].width as f32, t.levels[0].height as f32);
+            let texels = ((uvs[1] - uvs[0]) * size).perp_dot((uvs[2] - uvs[0]) * size).abs();
+            0.5 * (texels / area.abs()).max(1e-6).log2()
+        });
+        if area < 0.0 {
+            corners.swap(1, 2);
+            normals.swap(1, 2);
+            uvs.swap(1, 2);
+        }
+        Some(Self { corners, normals, uvs, inverse_area: 1.0 / area.abs(), surface: index, level })
+    }
+
+    /// Barycentric weights of a sample, `None` outside.
+    fn weights(&self, at: Vec2) -> Option<[f32; 3]> {
+        let [a, b, c] = self.corners.map(|p| p.truncate());
+        let u = -(c - b).perp_dot(at - b) * self.inverse_area;
+        let v = -(a - c).perp_dot(at - c) * self.inverse_area;
+        let w = 1.0 - u - v;
+        (u >= 0.0 && v >= 0.0 && w >= 0.0).then_some([u, v, w])
+    }
+}
+
+struct Shader<'a> {
+    textures: &'a [Option<MipChain>],
+    materials: &'a [(&'a Surface, Material<'a>)],
+    light: Option<&'a Light>,
+}
+
+impl Shader<'_> {
+    /// Linear colour and normal, `None` where the alpha test fails.
+    fn shade(&self, facet: &Facet, [u, v, w]: [f32; 3]) -> Option<(Vec3, Vec3)> {
+        let material = &self.materials[facet.surface].1;
+        let mut color = Vec4::from_array(material.factor);
+        if let Some(texture) = &self.textures[facet.surface] {
+            color *= texture.sample(u * facet.uvs[0] + v * facet.uvs[1] + w * facet.uvs[2], facet.level);
+        }
+        if color.w < material.alpha_cutoff {
+            return None;
+        }
+        let normal = (u * facet.normals[0] + v * facet.normals[1] + w * facet.normals[2]).normalize_or(Vec3::Y);
+        let lit =
+            self.light.map_or(1.0, |l| l.ambient + (1.0 - l.ambient) * normal.dot(l.toward_sun.normalize_or(Vec3::Y)).max(0.0));
+        Some((lit * color.truncate(), normal))
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Pixel {
+    color: Vec3,
+    depth: f32,
+    normal: Vec3,
+    coverage: f32,
+}
+
+fn draw_row(y: u32, width: usize, triangles: &[Facet], shader: &Shader) -> Vec<Pixel> {
+    let empty = (f32::NEG_INFINITY, Vec3::ZERO, Vec3::ZERO);
+    let across = width * SAMPLES as usize;
+    let mut samples = vec![empty; across * SAMPLES as usize];
+    let top = y * SAMPLES;
+    for facet in triangles {
+        let ([a, b, c], bottom) = (facet.corners, (top + SAMPLES) as f32);
+        if a.y.min(b.y).min(c.y) > bottom || a.y.max(b.y).max(c.y) < top as f32 {
+            continue;
+        }
+        let first = (a.x.min(b.x).min(c.x) - 0.5).ceil().max(0.0) as usize;
+        let last = ((a.x.max(b.x).max(c.x) - 0.5).floor() + 1.0).clamp(0.0, across as f32) as usize;
+        for s in 0..SAMPLES as usize {
+            for x in first..last {
+                let Some(w) = facet.weights(Vec2::new(x as f32 + 0.5, top as f32 + s as f32 + 0.5)) else { continue };
+                let depth = w[0] * a.z + w[1] * b.z + w[2] * c.z;
+                let sample = &mut samples[s * across + x];
+                if depth > sample.0
+                    && let Some((color, normal)) = shader.shade(facet, w)
+                {
+                    *sample = (depth, color, normal);
+                }
+            }
+        }
+    }
+    let resolve = |x: usize| {
+        let block = (0..SAMPLES as usize).flat_map(|s| &samples[s * across + x * SAMPLES as usize..][..SAMPLES as usize]);
+        let mut pixel = Pixel { color: Vec3::ZERO, depth: f32::NEG_INFINITY, normal: Vec3::ZERO, coverage: 0.0 };
+        let mut hits = 0.0;
+        for &(depth, color, normal) in block.filter(|s| s.0 > f32::NEG_INFINITY) {
+            hits += 1.0;
+            pixel.color += color;
+            if depth > pixel.depth {
+                (pixel.depth, pixel.normal) = (depth, normal);
+            }
+        }
+        if hits > 0.0 {
+            pixel.color /= hits;
+            pixel.coverage = hits / (SAMPLES * SAMPLES) as f32;
+        }
+        pixel
+    };
+    (0..width).map(resolve).collect()
+}
+
+/// A texture in linear light and its box-filtered halvings; colours are weighted by alpha, so that hidden ones do not bleed in.
+struct MipChain {
+    levels: Vec<Level>,
+}
+
+struct Level {
+    width: usize,
+    height: usize,
+    texels: Vec<Vec4>,
+}
+
+impl MipChain {
+    fn of(image: &RgbaImage) -> Self {
+        let texel = |p: &Rgba<u8>| Vec4::new(to_linear(p[0]), to_linear(p[1]), to_linear(p[2]), f32::from(p[3]) / 255.0);
+        let base =
+            Level { width: image.width() as usize, height: image.height() as usize, texels: image.pixels().map(texel).collect() };
+        let mut levels = vec![base];
+        while let Some(next) = levels.last().and_then(Level::halved) {
+            levels.push(next);
+        }
+        Self { levels }
+    }
+
+    /// Bilinear in each of the two nearest levels, linear between them.
+    fn sample(&self, uv: Vec2, level: f32) -> Vec4 {
+        let level = level.clamp(0.0, (self.levels.len() - 1) as f32);
+        let (fine, part) = (level as usize, level.fract());
+        let near = self.levels[fine].sample(uv);
+        if part == 0.0 { near } else { near.lerp(self.levels[fine + 1].sample(uv), part) }
+    }
+}
+
+impl Level {
+    fn halved(&self) -> Option<Self> {
+        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
+        if (width, height) == (self.width, self.height) {
+            return None;
+        }
+        let texel = |i: usize| {
+            let (x, y) = (2 * (i % width), 2 * (i / width));
+            let (x1, y1) = ((x + 1).min(self.width - 1), (y + 1).min(self.height - 1));
+            let four = [(x, y), (x1, y), (x, y1), (x1, y1)].map(|(x, y)| self.texels[y * self.width + x]);
+            let alpha: f32 = four.iter().map(|t| t.w).sum();
+            let weight = |t: &Vec4| if alpha > 0.0 { t.w / alpha } else { 0.25 };
+            four.iter().map(|t| weight(t) * t.truncate()).sum::<Vec3>().extend(0.25 * alpha)
+        };
+        Some(Self { width, height, texels: (0..width * height).map(texel).collect() })
+    }
+
+    fn sample(&self, uv: Vec2) -> Vec4 {
+        let (x, y) = (uv.x * self.width as f32 - 0.5, uv.y * self.height as f32 - 0.5);
+        if !(x.is_finite() && y.is_finite()) {
+            return Vec4::ZERO;
+        }
+        let column = |i: f32| (i as i64).rem_euclid(self.width as i64) as usize;
+        let row = |i: f32| (i.max(0.0) as usize).min(self.height - 1);
+        let (x0, y0) = (x.floor(), y.floor());
+        let at = |dx: f32, dy: f32| self.texels[row(y0 + dy) * self.width + column(x0 + dx)];
+        let (fx, fy) = (x - x0, y - y0);
+        at(0.0, 0.0).lerp(at(1.0, 0.0), fx).lerp(at(0.0, 1.0).lerp(at(1.0, 1.0), fx), fy)
+    }
+}
+
+/// 8-bit sRGB to linear light (IEC 61966-2-1).
+pub fn to_linear(value: u8) -> f32 {
+    static TABLE: LazyLock<[f32; 256]> = LazyLock::new(|| {
+        std::array::from_fn(|i| {
+            let s = i as f32 / 255.0;
+            if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
+        })
+    });
+    TABLE[usize::from(value)]
+}
+
+/// Linear light to 8-bit sRGB, clamped (IEC 61966-2-1).
+pub fn to_srgb(value: f32) -> u8 {
+    let v = value.clamp(0.0, 1.0);
+    let s = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    (255.0 * s).round() as u8
+}
+
+#[cfg(test)]
+#[path = "render_tests.rs"]
+mod tests;
