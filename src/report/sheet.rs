@@ -1,0 +1,69 @@
+//! Contact sheets: one row per photograph — photograph | mask | mesh from the front | textured from the front, side and 45° above.
+
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
+
+use glam::Vec3;
+use image::{Rgb, RgbImage};
+
+use crate::Result;
+use crate::geom::{Bounds, Surface};
+use crate::model::TreeModel;
+use crate::model::pipeline::ModelRun;
+use crate::raster::{Light, Material, View, render};
+
+use super::draw;
+
+/// Light of every preview: from the upper left behind the viewer, as in most photographs.
+const LIGHT: Light = Light { toward_sun: Vec3::new(-0.5, 0.8, 0.6), ambient: 0.55 };
+
+/// Sky of every preview.
+const BACKGROUND: [u8; 3] = [225, 233, 240];
+
+/// A row for one photograph and its model, `height_px` high.
+///
+/// # Errors
+/// Those of the rasteriser.
+pub fn row(photo: &RgbImage, run: &ModelRun, height_px: u32) -> Result<RgbImage> {
+    let masked = draw::over_photo(photo, &run.views[0].segmentation.crown);
+    let mut panels = vec![draw::to_height(photo, height_px), draw::to_height(&masked, height_px), untextured(&run.model, height_px)?];
+    for (azimuth_rad, elevation_rad) in [(0.0, 0.0), (FRAC_PI_2, 0.0), (FRAC_PI_4, FRAC_PI_4)] {
+        panels.push(picture(&run.model, azimuth_rad, elevation_rad, height_px)?);
+    }
+    Ok(draw::side_by_side(&panels, 6))
+}
+
+/// A square picture of the model from one side.
+///
+/// # Errors
+/// Those of the rasteriser.
+pub fn picture(model: &TreeModel, azimuth_rad: f32, elevation_rad: f32, size_px: u32) -> Result<RgbImage> {
+    let crowns = model.crowns.iter().map(|c| (&c.surface, Material { texture: Some(&c.texture), two_sided: true, ..Material::default() }));
+    let trunk = model.trunk.iter().map(|t| (&t.surface, Material { factor: t.bark_linear(), ..Material::default() }));
+    let surfaces: Vec<(&Surface, Material)> = crowns.chain(trunk).collect();
+    let view = View::around(&bounds(model), azimuth_rad, elevation_rad, size_px, size_px);
+    Ok(without_alpha(render(&surfaces, &view, Some(&LIGHT))?.over(BACKGROUND)))
+}
+
+/// The surfaces from the front without their textures: shape alone.
+fn untextured(model: &TreeModel, size_px: u32) -> Result<RgbImage> {
+    let clay = Material { factor: [0.55, 0.55, 0.5, 1.0], ..Material::default() };
+    let surfaces: Vec<(&Surface, Material)> =
+        model.crowns.iter().map(|c| &c.surface).chain(model.trunk.iter().map(|t| &t.surface)).map(|s| (s, clay)).collect();
+    // Faceted shading would need split vertices; a low sun shows the shape as well.
+    let light = Light { toward_sun: Vec3::new(-1.0, 0.5, 0.5), ambient: 0.2 };
+    let view = View::around(&bounds(model), 0.0, 0.0, size_px, size_px);
+    Ok(without_alpha(render(&surfaces, &view, Some(&light))?.over(BACKGROUND)))
+}
+
+fn bounds(model: &TreeModel) -> Bounds {
+    let surfaces = model.crowns.iter().map(|c| &c.surface).chain(model.trunk.iter().map(|t| &t.surface));
+    let points = surfaces.flat_map(|s| s.mesh.positions.iter().copied());
+    Bounds::of(points).unwrap_or(Bounds { min: Vec3::ZERO, max: Vec3::ONE })
+}
+
+fn without_alpha(image: image::RgbaImage) -> RgbImage {
+    RgbImage::from_fn(image.width(), image.height(), |x, y| {
+        let [r, g, b, _] = image.get_pixel(x, y).0;
+        Rgb([r, g, b])
+    })
+}
