@@ -61,6 +61,77 @@ pub enum Error {
         /// What to do instead.
         remedy: &'static str,
     },
+    // ---- Reading the photograph: files.rs, photo/decode.rs ----
+    /// A path that names nothing.
+    #[error("there is no file {path}; check the spelling and the folder")]
+    NoSuchFile {
+        /// What was asked for.
+        path: PathBuf,
+    },
+    /// A folder or a device where a file was expected.
+    #[error("expected a file, but {path} is {found}; name the files themselves")]
+    NotAFile {
+        /// What was asked for.
+        path: PathBuf,
+        /// What stands there.
+        found: &'static str,
+    },
+    /// A file longer than any photograph within the pixel limit.
+    #[error("expected a file of at most {limit_mb} MB, but {path} has {found_mb} MB; shrink the picture or raise --max-megapixels")]
+    FileTooLong {
+        /// The file.
+        path: PathBuf,
+        /// Its length.
+        found_mb: u64,
+        /// The longest accepted.
+        limit_mb: u64,
+    },
+    /// A file of no bytes.
+    #[error("expected a photograph, but the file is empty (0 bytes); copy it again from its source")]
+    EmptyFile,
+    /// Bytes of some other kind.
+    #[error("expected a JPEG, PNG, WebP, TIFF or BMP picture, but the file holds {found}; save it as JPEG or PNG")]
+    NotAnImage {
+        /// What the first bytes look like.
+        found: &'static str,
+    },
+    /// A picture beyond the pixel limit, refused before memory is allocated for it.
+    #[error(
+        "expected at most {limit_megapixels} megapixels, but the picture is {width}×{height} px ({:.1} megapixels); shrink it or raise --max-megapixels",
+        f64::from(*width) * f64::from(*height) / 1e6
+    )]
+    TooManyPixels {
+        /// Columns that the header declares.
+        width: u32,
+        /// Rows that the header declares.
+        height: u32,
+        /// The limit in force.
+        limit_megapixels: f64,
+    },
+    /// A picture that stops before its end.
+    #[error("expected a whole {format} picture, but the file ends early after {length} bytes; copy it again from its source")]
+    Truncated {
+        /// The kind of picture.
+        format: &'static str,
+        /// Bytes that are there.
+        length: usize,
+    },
+    /// A picture whose bytes contradict each other.
+    #[error("expected a sound {format} picture, but it is damaged ({cause}); copy it again or save it anew")]
+    DamagedImage {
+        /// The kind of picture.
+        format: &'static str,
+        /// What the decoder said.
+        cause: String,
+    },
+    /// A valid picture of a rare kind.
+    #[error("expected a common kind of {format} picture, but this one cannot be read ({cause}); save it as 8-bit JPEG or PNG")]
+    UnsupportedImage {
+        /// The kind of picture.
+        format: &'static str,
+        /// What the decoder said.
+        cause: String,
+    },
     /// A result that breaks the library's own promise: a bug, not a user's mistake.
     #[error("internal check failed in {stage}: {what}; please report this with the photograph and the parameters")]
     Internal {

@@ -1,4 +1,4 @@
-//! Writing files whole: an output appears under its name complete, or not at all (DESIGN §5).
+//! Files, read and written whole: an output appears under its name complete, or not at all (DESIGN §5).
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -6,6 +6,29 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use crate::{Error, Result};
+
+/// Reads a file of at most `max_bytes`; anything else is refused before a byte of it is read.
+///
+/// # Errors
+/// [`Error::NoSuchFile`], [`Error::NotAFile`] (a folder, a pipe, a device), [`Error::FileTooLong`], or [`Error::Read`].
+pub fn read_whole(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
+    let failed = |cause: std::io::Error| match cause.kind() {
+        std::io::ErrorKind::NotFound => Error::NoSuchFile { path: path.to_owned() },
+        _ => Error::Read { path: path.to_owned(), cause },
+    };
+    let about = std::fs::metadata(path).map_err(failed)?;
+    if !about.is_file() {
+        return Err(Error::NotAFile {
+            path: path.to_owned(),
+            found: if about.is_dir() { "a folder" } else { "a device or a pipe" },
+        });
+    }
+    if about.len() > max_bytes {
+        let mb = |bytes: u64| bytes.div_ceil(1_000_000);
+        return Err(Error::FileTooLong { path: path.to_owned(), found_mb: mb(about.len()), limit_mb: mb(max_bytes) });
+    }
+    std::fs::read(path).map_err(failed)
+}
 
 /// Writes one file through [`write_all`].
 ///
