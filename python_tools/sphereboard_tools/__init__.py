@@ -1,0 +1,3 @@
+"""Checks of sphereboard's output by independent implementations."""
+
+__version__ = "0.1.0"
