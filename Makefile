@@ -1,0 +1,35 @@
+# `make help` lists what there is. The work is in scripts/; each target installs what it lacks first.
+PHOTO ?=
+OUT ?= results/local
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-full sheets bench fuzz lock clean
+
+help: ## this list
+	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
+
+demo: ## build, and turn the sample photograph (or PHOTO=path) into a model
+	@scripts/demo "$(PHOTO)" "$(OUT)/demo"
+
+test: ## all tests, with the checks by OpenCV, scikit-image, Open3D and the Khronos validator
+	@scripts/test
+
+test-full: ## the tests, and Blender opens and renders a model (installs another 1.3 GB)
+	@scripts/test full
+
+sheets: ## contact sheets of every photograph into results/local
+	@scripts/setup demo
+	cargo run --release --locked --example contact_sheets
+
+bench: ## the benchmarks
+	@scripts/setup demo
+	cargo bench --locked
+
+fuzz: ## a minute of random pictures through decode, segment and model (FUZZ_SECONDS=n for longer)
+	@scripts/fuzz
+
+lock: ## write the Python and npm lock files anew, with the newest versions
+	@scripts/lock
+
+clean: ## remove everything that was built or installed here
+	rm -rf target fuzz/target tests/js/node_modules results/local

@@ -1,0 +1,49 @@
+"""The command line: ``sphereboard-tools check-segmentation`` and ``sphereboard-tools check-mesh``."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from sphereboard_tools.images import BadInputError
+
+
+def parser() -> argparse.ArgumentParser:
+    """Describe the arguments."""
+    top = argparse.ArgumentParser(prog="sphereboard-tools", description="Checks of sphereboard by independent implementations.")
+    commands = top.add_subparsers(dest="command", required=True)
+
+    masks = commands.add_parser("check-segmentation", help="repeat the hsv method with OpenCV and scikit-image; compare methods")
+    masks.add_argument("--photos", type=Path, nargs="+", default=[], metavar="DIR", help="folders of photographs")
+    masks.add_argument("--binary", type=Path, metavar="PATH", help="the sphereboard program (default: the one in target/)")
+    masks.add_argument("--out", type=Path, metavar="DIR", default=Path("results/local/segmentation"), help="where tables go")
+    masks.add_argument("--quick", action="store_true", help="only the agreement, not the comparison of methods")
+
+    meshes = commands.add_parser("check-mesh", help="have Open3D check the crowns of GLB files")
+    meshes.add_argument("files", type=Path, nargs="+", metavar="GLB")
+    meshes.add_argument(
+        "--no-self-intersection", action="store_true", help="also demand that no triangles cross (undisturbed crowns)"
+    )
+    return top
+
+
+def main() -> int:
+    """Run the command; the exit code is 0 when all is well, 1 when something is wrong, 2 when it cannot be checked."""
+    arguments = parser().parse_args()
+    try:
+        # Imported late: Open3D takes a second that the other command need not wait for.
+        if arguments.command == "check-mesh":
+            from sphereboard_tools import check_mesh
+
+            good = check_mesh.run(arguments.files, self_intersection=arguments.no_self_intersection)
+        else:
+            from sphereboard_tools import check_segmentation
+
+            good = check_segmentation.run(arguments.photos, arguments.binary, arguments.out, quick=arguments.quick)
+    except (BadInputError, OSError) as error:
+        print(f"sphereboard-tools: {error}", file=sys.stderr)
+        return 2
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

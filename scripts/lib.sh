@@ -1,0 +1,65 @@
+# Shared by the scripts beside this file: messages, and installing only what is missing.
+# shellcheck shell=bash
+
+readonly PYTHON_ENV=target/python
+readonly BLENDER_ENV=target/blender
+readonly UV_VERSION=0.13.9
+
+say() { printf 'sphereboard: %s\n' "$*" >&2; }
+
+stop() {
+    say "$*"
+    exit 1
+}
+
+# fetch WHAT COMMAND...: runs a command that needs the network; a failure says what could not be had.
+fetch() {
+    local what=$1
+    shift
+    "$@" || stop "could not install $what. The first run needs the network; run the same command again when it is there (command: $*)."
+}
+
+# apt_install PURPOSE PACKAGE...: installs the Debian packages that are missing, or prints the command that would.
+apt_install() {
+    local purpose=$1 missing=() package
+    shift
+    command -v dpkg-query >/dev/null || return 0 # not Debian: what is missing will say so itself
+    for package in "$@"; do
+        # shellcheck disable=SC2016 # dpkg-query expands this, not the shell
+        [[ $(dpkg-query -W -f='${db:Status-Abbrev}' "$package" 2>/dev/null) == ii* ]] || missing+=("$package")
+    done
+    ((${#missing[@]})) || return 0
+
+    local as_root=()
+    if [[ $(id -u) != 0 ]]; then
+        as_root=(sudo -n)
+        sudo -n true 2>/dev/null ||
+            stop "$purpose needs packages that I may not install here. Run: sudo apt-get update && sudo apt-get install -y --no-install-recommends ${missing[*]}"
+    fi
+    say "installing ${missing[*]} with apt-get, for $purpose"
+    fetch "the package lists" "${as_root[@]}" apt-get update -qq
+    fetch "${missing[*]}" "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+}
+
+need_rust() {
+    command -v cargo >/dev/null || stop "cargo is missing. Install Rust from https://rustup.rs, then run the same command again."
+    command -v cc >/dev/null || apt_install "linking Rust programs" gcc libc6-dev
+    fetch "the Rust crates of Cargo.lock" cargo fetch --quiet --locked --target "$(rustc -vV | sed -n 's/^host: //p')"
+}
+
+# python_env FOLDER PYTHON LOCK WHAT: an environment that holds exactly the packages of the lock file. Quick when it already does.
+python_env() {
+    local env=$1 python=$2 lock=$3 what=$4
+    cmp -s "$lock" "$env/installed.lock" && return 0
+    local uv=target/uv/bin/uv
+    if [[ $("$uv" --version 2>/dev/null) != "uv $UV_VERSION"* ]]; then
+        command -v python3 >/dev/null && python3 -c 'import ensurepip' 2>/dev/null || apt_install "Python environments" python3 python3-venv
+        say "installing uv $UV_VERSION into target/uv (60 MB)"
+        python3 -m venv --clear target/uv
+        fetch "uv" target/uv/bin/python -m pip install --quiet --disable-pip-version-check "uv==$UV_VERSION"
+    fi
+    say "installing $what into $env"
+    fetch "a Python $python" "$uv" venv --quiet --clear --python "$python" "$env"
+    fetch "the packages of $lock" env VIRTUAL_ENV="$env" "$uv" pip sync --quiet --require-hashes "$lock"
+    cp "$lock" "$env/installed.lock"
+}
