@@ -115,13 +115,13 @@ struct OpenCv {
 
 impl OpenCv {
     fn start(photo: &Photo, params: &SegmentParams) -> Option<Self> {
-        let python = PathBuf::from("target/python/bin/python");
+        let tools = PathBuf::from("target/python/bin/sphereboard-tools");
         let folder = tempfile::tempdir().ok()?;
         let pixels = folder.path().join("pixels.png");
         photo.image.save(&pixels).ok()?;
         let radii = [params.opening_px.to_string(), params.closing_px.to_string()];
-        let mut child = Command::new(python)
-            .args(["-m", "sphereboard_tools", "time-hsv"])
+        let mut child = Command::new(tools)
+            .arg("time-hsv")
             .arg(pixels)
             .args(radii)
             .stdin(Stdio::piped())

@@ -1,4 +1,4 @@
-"""The command line: ``sphereboard-tools check-segmentation`` and ``sphereboard-tools check-mesh``."""
+"""The command line: ``sphereboard-tools check-segmentation``, ``check-mesh`` and, for the benches, ``time-hsv``."""
 
 import argparse
 import sys
@@ -23,6 +23,11 @@ def parser() -> argparse.ArgumentParser:
     meshes.add_argument(
         "--no-self-intersection", action="store_true", help="also demand that no triangles cross (undisturbed crowns)"
     )
+
+    timing = commands.add_parser("time-hsv", help="time OpenCV's hsv steps for the benches: runs per line in, seconds out")
+    timing.add_argument("picture", type=Path)
+    timing.add_argument("opening_px", type=int)
+    timing.add_argument("closing_px", type=int)
     return top
 
 
@@ -35,6 +40,10 @@ def main() -> int:
             from sphereboard_tools import check_mesh
 
             good = check_mesh.run(arguments.files, self_intersection=arguments.no_self_intersection)
+        elif arguments.command == "time-hsv":
+            from sphereboard_tools import time_hsv
+
+            good = time_hsv.run(arguments.picture, arguments.opening_px, arguments.closing_px)
         else:
             from sphereboard_tools import check_segmentation
 

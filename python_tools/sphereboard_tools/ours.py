@@ -53,12 +53,14 @@ def read_result(photo: Path, folder: Path) -> Segmented:
 
 def read_parameters(report: Path) -> HsvParameters | None:
     """Read the effective parameters; None unless the method was hsv."""
-    values = json.loads(report.read_text(encoding="utf-8"))["parameters"]["segment"]
+    document = json.loads(report.read_text(encoding="utf-8"))
+    values = document["parameters"]["segment"]
     if values["method"] != "hsv":
         return None
+    low, high = document["hue_deg"]
     return HsvParameters(
-        hue_low_deg=values["hue_low_deg"],
-        hue_high_deg=values["hue_high_deg"],
+        hue_low_deg=low,
+        hue_high_deg=high,
         opening_px=values["opening_px"],
         closing_px=values["closing_px"],
     )

@@ -128,7 +128,7 @@ def pretender(folder: Path, shift: int) -> Path:
     """Write a program that poses as ours: OpenCV's mask, shifted."""
     program = folder / "sphereboard"
     parameters = {
-        "parameters": {"segment": {"method": "hsv", "hue_low_deg": 90, "hue_high_deg": 150, "opening_px": 2, "closing_px": 4}}
+        "parameters": {"segment": {"method": "hsv", "opening_px": 2, "closing_px": 4}}, "hue_deg": [90, 150]
     }
     program.write_text(
         f"""#!/usr/bin/env python3
