@@ -132,6 +132,33 @@ pub enum Error {
         /// What the decoder said.
         cause: String,
     },
+    // -- silhouette and crown --
+    /// A crown mask without pixels, or with too few for an outline.
+    #[error("the crown mask needs at least {needed} connected pixels, but has {found}; mark the crown with --rect or --mask")]
+    CrownTooSmall {
+        /// Smallest number of pixels that has an outline worth modelling.
+        needed: usize,
+        /// What there is.
+        found: usize,
+    },
+    /// Two masks of one photograph that do not match.
+    #[error("the {what} has {}×{} pixels, but {}×{} were expected; give masks of the photograph's own size", found.0, found.1, expected.0, expected.1)]
+    MaskSize {
+        /// Which mask.
+        what: &'static str,
+        /// Width and height expected.
+        expected: (u32, u32),
+        /// Width and height found.
+        found: (u32, u32),
+    },
+    /// An outline that encloses nothing.
+    #[error("view {view} of the tree has no usable outline: {why}; check its mask")]
+    Outline {
+        /// Which view, from 0.
+        view: usize,
+        /// What is wrong.
+        why: String,
+    },
     /// A result that breaks the library's own promise: a bug, not a user's mistake.
     #[error("internal check failed in {stage}: {what}; please report this with the photograph and the parameters")]
     Internal {

@@ -1,3 +1,163 @@
-//! From outlines to a closed sphere-board surface (She §3.1, fig. 8–9).
+//! From outlines to closed sphere-board surfaces (She §3.1, fig. 8–9).
 //!
-//! Object space: metres, +Y up, origin at the foot of the trunk, +Z towards the photographer of azimuth 0.
+//! Object space: metres, +Y up, origin at the foot of the trunk, +Z towards the photographer of azimuth 0. A photographer at azimuth α
+//! stands in the direction (sin α, 0, cos α) and has (cos α, 0, −sin α) on the right.
+//!
+//! ```text
+//! outline ──region──▶ cells ──lobes──▶ parts ──star──▶ radius per direction ──hull──▶ solid ──cloud──▶ rings ──surface──▶ mesh
+//! ```
+
+mod cloud;
+mod hull;
+mod lobes;
+mod region;
+mod star;
+mod surface;
+
+use glam::{DVec2, Vec3};
+
+use crate::geom::PolyMesh;
+use crate::params::ParamSet as _;
+use crate::photo::Silhouette;
+use crate::{Error, Result, Seed};
+
+use hull::{Hull, View};
+use region::Region;
+
+crate::choices! {
+    /// How many polygons a crown has.
+    pub enum Detail {
+        /// About 300 polygons, for the distance.
+        Low = "low",
+        /// About 2,200 polygons, She's own size (table 1).
+        Medium = "medium",
+        /// About 8,000 polygons, for the foreground.
+        High = "high",
+    }
+}
+
+impl Detail {
+    /// Polygons of a tree's crowns together.
+    pub fn polygons(self) -> usize {
+        match self {
+            Self::Low => 300,
+            Self::Medium => 2_200,
+            Self::High => 8_000,
+        }
+    }
+}
+
+crate::params! {
+    /// How outlines become crowns.
+    pub struct CrownParams {
+        /// How many polygons the crowns have: about 300, 2,200 or 8,000.
+        detail: Detail = Detail::Medium, unit "", source "She table 1: 56 triangles + 2,124 quads";
+        /// Ellipsoid for disturbing feature points (EDFP): semi-axis across the surface, as a fraction of the distance from the centre.
+        edfp_radial: f64 = 0.04, in 0.0..=0.5, unit "radii", source "ours: She gives no sizes; lumps without spikes";
+        /// EDFP: semi-axis along the profile, as a fraction of the distance between rings.
+        edfp_along: f64 = 0.3, in 0.0..=1.0, unit "spacings", source "ours: points keep their neighbours";
+        /// EDFP: semi-axis around the axis, as a fraction of the distance between points of a ring.
+        edfp_around: f64 = 0.3, in 0.0..=1.0, unit "spacings", source "ours: points keep their neighbours";
+        /// Largest fold along the diagonal of a quad; sharper pairs stay two triangles.
+        quad_fold_deg: f64 = 50.0, in 0.0..=90.0, unit "degrees", source "ours: near-coplanar pairs, She §3.2";
+        /// Largest part of the outline that one star-shaped crown may lose before it is split into lobes.
+        lobe_split: f64 = 0.05, in 0.0..=1.0, unit "areas", source "ours, for She fig. 4b";
+        /// Smallest lobe, as a part of the outline.
+        lobe_smallest: f64 = 0.03, in 0.001..=0.5, unit "areas", source "ours: below this a lobe is a twig";
+        /// Largest number of crowns of one tree.
+        crowns_most: u32 = 5, in 1..=50, unit "crowns", source "ours";
+    }
+}
+
+/// A crown's outline as one photograph shows it: metres, x right as that photographer sees it, y up, foot of the trunk at the origin.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Outline {
+    /// Where the photographer stands: 0 in front (+Z), π/2 on the right of that one (+X).
+    pub azimuth_rad: f64,
+    /// Closed contour without repeated end.
+    pub contour: Vec<DVec2>,
+    /// Where the axis leaves the crown below.
+    pub axis_base: DVec2,
+    /// Where it leaves it above.
+    pub axis_top: DVec2,
+    /// Feature points left of the axis, base to top.
+    pub left: Vec<DVec2>,
+    /// Feature points right of the axis, base to top.
+    pub right: Vec<DVec2>,
+}
+
+impl Outline {
+    /// Brings a silhouette from pixels to metres. `foot_px` is the foot of the trunk in the photograph.
+    pub fn from_silhouette(silhouette: &Silhouette, foot_px: DVec2, metres_per_px: f64, azimuth_rad: f64) -> Self {
+        let metres = |p: &DVec2| DVec2::new(p.x - foot_px.x, foot_px.y - p.y) * metres_per_px;
+        let all = |points: &[DVec2]| points.iter().map(metres).collect();
+        Self {
+            azimuth_rad,
+            contour: all(&silhouette.contour),
+            axis_base: metres(&silhouette.axis.base),
+            axis_top: metres(&silhouette.axis.top),
+            left: all(&silhouette.left),
+            right: all(&silhouette.right),
+        }
+    }
+}
+
+/// One closed crown surface: manifold, of genus 0, facing outward, star-shaped about its centre.
+#[derive(Debug, Clone)]
+pub struct Crown {
+    /// Triangles and quads over the disturbed points.
+    pub mesh: PolyMesh,
+    /// Every polygon's triangles face away from this point.
+    pub center: Vec3,
+    /// The point cloud before disturbance (She fig. 9b): the vertices of the smooth crown, point for point.
+    pub cloud: Vec<Vec3>,
+    /// The disturbed points (She fig. 9d): the vertices of `mesh`.
+    pub disturbed: Vec<Vec3>,
+}
+
+impl Crown {
+    /// The surface over the undisturbed cloud (She fig. 9c).
+    pub fn undisturbed(&self) -> PolyMesh {
+        PolyMesh { positions: self.cloud.clone(), ..self.mesh.clone() }
+    }
+}
+
+/// Models the crowns that `outlines` show. One outline may give several crowns (its lobes); several outlines of one tree give one
+/// crown that has each of them as seen from its azimuth. The crowns share the polygons of `detail` by surface area.
+///
+/// # Errors
+/// [`Error::Outline`] when there is no outline or one encloses nothing; [`Error::Parameter`] for a parameter out of range.
+pub fn build(outlines: &[Outline], params: &CrownParams, seed: Seed) -> Result<Vec<Crown>> {
+    params.validate()?;
+    let hulls = match outlines {
+        [] => return Err(Error::Outline { view: 0, why: "none was given".to_owned() }),
+        [outline] => {
+            let parts = lobes::split(&region_of(0, outline)?, params);
+            let view = |(i, (region, star))| {
+                // A side lobe stands upright; only the whole crown leans.
+                let slope = if i == 0 { lean(outline) } else { 0.0 };
+                Hull::new(vec![View::new(outline, &region, star)], slope)
+            };
+            parts.into_iter().enumerate().map(view).collect()
+        }
+        _ => vec![hull::joined(outlines, &(0..outlines.len()).map(|i| region_of(i, &outlines[i])).collect::<Result<Vec<_>>>()?)],
+    };
+    let areas: Vec<f64> = hulls.iter().map(Hull::area_m2).collect();
+    let total: f64 = areas.iter().sum();
+    let share = |area: f64| (params.detail.polygons() as f64 * area / total) as usize;
+    hulls.iter().zip(&areas).enumerate().map(|(i, (hull, &area))| surface::crown(hull, share(area), params, seed, i)).collect()
+}
+
+fn region_of(view: usize, outline: &Outline) -> Result<Region> {
+    let finite = outline.contour.iter().chain([&outline.axis_base, &outline.axis_top]).all(|p| p.is_finite());
+    if !finite || !outline.azimuth_rad.is_finite() {
+        return Err(Error::Outline { view, why: "it has coordinates that are no numbers".to_owned() });
+    }
+    Region::from_contour(&outline.contour).ok_or_else(|| Error::Outline { view, why: "it encloses no area".to_owned() })
+}
+
+/// Horizontal run per rise of the outline's axis; upright when the axis is too short to tell.
+fn lean(outline: &Outline) -> f64 {
+    let d = outline.axis_top - outline.axis_base;
+    if d.y > 0.0 { (d.x / d.y).clamp(-1.0, 1.0) } else { 0.0 }
+}

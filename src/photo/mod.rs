@@ -2,6 +2,7 @@
 //!
 //! Everything here is in pixels of the photograph, x to the right, y down, the top left corner of the top left pixel at (0, 0).
 
+pub mod contour;
 pub mod decode;
 pub mod exemplar;
 pub mod segment;

@@ -1,12 +1,20 @@
-//! The crown's outline, its axis and its significant turning points (She §3.1, fig. 8a).
+//! The crown's outline, its axis and its significant turning points (She §3.1, fig. 7e and 8a). Pixels of the photograph, y down.
 
 use glam::DVec2;
+use imageproc::{geometry::approximate_polygon_dp, point::Point};
+
+use super::contour::{largest_contour, signed_area, smooth_closed};
+use super::trunk;
+use crate::raster::Mask;
+use crate::{Error, Result};
 
 crate::params! {
     /// How the outline is simplified.
     pub struct SilhouetteParams {
         /// Largest distance between the outline and its simplification, as a fraction of the crown's height.
         turning: f64 = 0.01, in 0.001..=0.1, unit "crown heights", source "ours: She names no scale";
+        /// Largest lean of the crown's axis from the vertical.
+        lean_deg: f64 = 30.0, in 0.0..=60.0, unit "degrees", source "ours: crowns lean less even where trunks lean more";
     }
 }
 
@@ -30,4 +38,141 @@ pub struct Silhouette {
     pub left: Vec<DVec2>,
     /// Significant turning points right of the axis, from the base to the top.
     pub right: Vec<DVec2>,
+}
+
+/// Smallest crown that has an outline worth modelling, pixels.
+const SMALLEST_CROWN: usize = 9;
+
+/// Standard deviation of the smoothing along the contour, in pixel edges: enough to hide the staircase, too little to move a corner.
+const STAIRCASE: f64 = 1.0;
+
+/// Traces the largest region of `crown`. `tree` is the whole tree with its trunk (the crown itself where no trunk is visible): where
+/// the trunk enters the crown, the axis is drawn to it.
+///
+/// # Errors
+/// [`Error::MaskSize`] when the masks differ in size, [`Error::CrownTooSmall`] when the largest region has under nine pixels.
+pub fn trace(crown: &Mask, tree: &Mask, params: &SilhouetteParams) -> Result<Silhouette> {
+    let (expected, found) = ((crown.width(), crown.height()), (tree.width(), tree.height()));
+    if expected != found {
+        return Err(Error::MaskSize { what: "tree mask", expected, found });
+    }
+    let raw = largest_contour(crown);
+    if signed_area(&raw) < SMALLEST_CROWN as f64 - 1.0 {
+        return Err(Error::CrownTooSmall { needed: SMALLEST_CROWN, found: crown.count() });
+    }
+    let contour = smooth_closed(&raw, STAIRCASE);
+    let line = fit_line(&row_spans(&contour), trunk::neck(crown, tree), params.lean_deg.to_radians().tan());
+    let Some((below, above)) = crossings(&contour, line) else {
+        return Err(Error::CrownTooSmall { needed: SMALLEST_CROWN, found: crown.count() });
+    };
+    let (left, right) = sides(&contour, below, above);
+    let tolerance_px = params.turning * (below.point.y - above.point.y);
+    Ok(Silhouette {
+        left: simplify(&left, tolerance_px),
+        right: simplify(&right, tolerance_px),
+        axis: Axis { base: below.point, top: above.point },
+        contour,
+    })
+}
+
+/// A line through the picture: x = `x0` + `slope` · y.
+#[derive(Clone, Copy)]
+struct Line {
+    x0: f64,
+    slope: f64,
+}
+
+/// One row of the crown: height, middle and width between its outermost contour points.
+struct Span {
+    y: f64,
+    middle: f64,
+    width: f64,
+}
+
+fn row_spans(contour: &[DVec2]) -> Vec<Span> {
+    let (low, high) = contour.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.y), b.max(p.y)));
+    let mut rows = vec![(f64::MAX, f64::MIN); (high - low).ceil() as usize + 1];
+    for p in contour {
+        let row = &mut rows[(p.y - low) as usize];
+        *row = (row.0.min(p.x), row.1.max(p.x));
+    }
+    let span = |(i, &(a, b)): (usize, &(f64, f64))| Span { y: low + i as f64 + 0.5, middle: 0.5 * (a + b), width: b - a };
+    rows.iter().enumerate().filter(|(_, r)| r.0 < r.1).map(span).collect()
+}
+
+/// Weighted line through the rows' middles by iteratively reweighted least squares (Tukey's biweight), so that one long branch does
+/// not tilt the axis. A trunk's neck weighs as much as a third of the rows.
+fn fit_line(spans: &[Span], neck: Option<DVec2>, steepest: f64) -> Line {
+    let total: f64 = spans.iter().map(|s| s.width).sum();
+    let mut points: Vec<(DVec2, f64)> = spans.iter().map(|s| (DVec2::new(s.middle, s.y), s.width)).collect();
+    points.extend(neck.map(|n| (n, total / 3.0)));
+    let mut trust = vec![1.0; points.len()];
+    let mut line = Line { x0: 0.0, slope: 0.0 };
+    for _ in 0..8 {
+        line = least_squares(&points, &trust, steepest);
+        let residual = |(p, _): &(DVec2, f64)| (p.x - line.x0 - line.slope * p.y).abs();
+        let mut sorted: Vec<f64> = points.iter().map(residual).collect();
+        sorted.sort_by(f64::total_cmp);
+        // 4.685 standard deviations, the deviation from the median residual; never sharper than two pixels.
+        let cut = (4.685 * 1.4826 * sorted[sorted.len() / 2]).max(2.0);
+        trust = points.iter().map(|p| (1.0 - (residual(p) / cut).powi(2)).max(0.0).powi(2)).collect();
+    }
+    line
+}
+
+fn least_squares(points: &[(DVec2, f64)], trust: &[f64], steepest: f64) -> Line {
+    let weighted = || points.iter().zip(trust).map(|((p, w), t)| (*p, w * t));
+    let total: f64 = weighted().map(|(_, w)| w).sum::<f64>().max(1e-12);
+    let mean = weighted().map(|(p, w)| p * w).sum::<DVec2>() / total;
+    let (xy, yy) = weighted().fold((0.0, 0.0), |(xy, yy), (p, w)| {
+        let d = p - mean;
+        (xy + w * d.x * d.y, yy + w * d.y * d.y)
+    });
+    let slope = if yy > 0.0 { (xy / yy).clamp(-steepest, steepest) } else { 0.0 };
+    Line { x0: mean.x - slope * mean.y, slope }
+}
+
+/// Where a line crosses the contour: the point, and the contour point before it.
+#[derive(Clone, Copy)]
+struct Crossing {
+    point: DVec2,
+    before: usize,
+}
+
+/// The lowest and the highest crossing of `line` with the contour; a line that misses (a crown like a sickle) is moved onto it.
+fn crossings(contour: &[DVec2], line: Line) -> Option<(Crossing, Crossing)> {
+    let side = |p: DVec2| p.x - line.x0 - line.slope * p.y;
+    let mean = contour.iter().map(|&p| side(p)).sum::<f64>() / contour.len() as f64;
+    let cross = |shift: f64| {
+        let all = (0..contour.len()).filter_map(move |i| {
+            let (p, q) = (contour[i], contour[(i + 1) % contour.len()]);
+            let (a, b) = (side(p) - shift, side(q) - shift);
+            ((a < 0.0) != (b < 0.0)).then(|| Crossing { point: p.lerp(q, a / (a - b)), before: i })
+        });
+        let all: Vec<Crossing> = all.collect();
+        let lowest = all.iter().copied().max_by(|a, b| a.point.y.total_cmp(&b.point.y))?;
+        let highest = all.iter().copied().min_by(|a, b| a.point.y.total_cmp(&b.point.y))?;
+        (lowest.before != highest.before).then_some((lowest, highest))
+    };
+    cross(0.0).or_else(|| cross(mean))
+}
+
+/// The contour from base to top on the left and on the right.
+fn sides(contour: &[DVec2], below: Crossing, above: Crossing) -> (Vec<DVec2>, Vec<DVec2>) {
+    let n = contour.len();
+    let chain = |from: Crossing, to: Crossing| {
+        let count = (to.before + n - from.before) % n;
+        let between = (1..=count).map(|k| contour[(from.before + k) % n]);
+        std::iter::once(from.point).chain(between).chain(std::iter::once(to.point)).collect::<Vec<_>>()
+    };
+    // The contour runs clockwise in the picture: from the base it climbs the left side.
+    let (left, mut right) = (chain(below, above), chain(above, below));
+    right.reverse();
+    (left, right)
+}
+
+/// Douglas–Peucker: the turning points that matter at this scale.
+fn simplify(chain: &[DVec2], tolerance_px: f64) -> Vec<DVec2> {
+    let points: Vec<Point<f64>> = chain.iter().map(|p| Point::new(p.x, p.y)).collect();
+    approximate_polygon_dp(&points, tolerance_px.max(0.25), false).iter().map(|p| DVec2::new(p.x, p.y)).collect()
 }

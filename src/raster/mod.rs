@@ -1,9 +1,11 @@
 //! Plain images: [`Mask`] and the small software rasteriser.
 
 mod encode;
+mod fill;
 mod mask;
 mod render;
 
 pub use encode::png;
+pub use fill::{fill_polygon, fill_triangle};
 pub use mask::{Mask, Rect};
 pub use render::{Capture, Light, Material, View, render, to_linear, to_srgb};
