@@ -159,6 +159,27 @@ pub enum Error {
         /// What is wrong.
         why: String,
     },
+    // ---- Reading models: model/glb ----
+    /// Bytes that are no sound GLB file.
+    #[error("expected a sound GLB file, but {what}; copy it again or write it anew with `sphereboard model`")]
+    BrokenGlb {
+        /// What is wrong with it.
+        what: String,
+    },
+    /// A GLB file of some other program, or rearranged by one.
+    #[error("expected a tree model as `sphereboard model` writes it, but {what}; write it anew from the photograph")]
+    ForeignGlb {
+        /// What is missing or different.
+        what: String,
+    },
+    /// A model in another version of our format.
+    #[error("expected version {known} of a tree model's extras, but the file has {found}; use the program that wrote it")]
+    GlbVersion {
+        /// The version found.
+        found: u32,
+        /// The version that this program reads.
+        known: u32,
+    },
     /// A result that breaks the library's own promise: a bug, not a user's mistake.
     #[error("internal check failed in {stage}: {what}; please report this with the photograph and the parameters")]
     Internal {
