@@ -3,7 +3,9 @@
 //! Everything here is in pixels of the photograph, x to the right, y down, the top left corner of the top left pixel at (0, 0).
 
 pub mod decode;
+pub mod delight;
 pub mod exemplar;
+mod exemplar_window;
 pub mod segment;
 pub mod silhouette;
 pub mod trunk;
