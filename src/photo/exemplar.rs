@@ -1,14 +1,24 @@
-//! The exemplar: the most representative square of foliage (She §3.2, "texture sample of the crown").
+//! The exemplar: the most representative square of foliage (She §3.2, "texture sample of the crown"; how to choose it is ours).
+//!
+//! Windows are scored on a reduced picture by integral images: how well their histograms agree with the whole crown's, how much their
+//! halves differ (shading, a branch, the rim), how much sky they show, and how large they are. Window in pixels of the photograph,
+//! result in texels.
 
-use image::RgbaImage;
+use glam::{Vec3, Vec4};
+use image::{Rgba, RgbaImage};
 
-use crate::raster::Rect;
+use super::delight::{ReducedCrown, Shading, foliage_at};
+use super::{Photo, exemplar_window};
+use crate::raster::{Layer, Mask, Rect, to_srgb};
+use crate::{Error, Result};
 
 crate::params! {
     /// How the exemplar is chosen.
     pub struct ExemplarParams {
         /// How much of the photograph's own shading is flattened out of the exemplar, so that it can be lit anew.
         delight: f64 = 0.7, in 0.0..=1.0, unit "", source "ours: chosen by looking";
+        /// Largest part of the exemplar that may be sky gaps; the shallowest ones above it are closed.
+        gap_limit: f64 = 0.35, in 0.0..=0.6, unit "", source "ours: foliage must prevail";
     }
 }
 
@@ -21,4 +31,119 @@ pub struct Exemplar {
     pub window_px: Rect,
     /// Exemplar texels per pixel of the photograph.
     pub scale: f64,
+}
+
+/// Largest exemplar side, texels: more adds cost but no variety that a crown could show.
+const MAX_SIDE: f64 = 512.0;
+
+/// Cuts the most representative square of foliage inside `crown`, resampled to `texels_per_px` texels per pixel of the photograph.
+///
+/// `gaps` are the sky gaps inside the crown; they become alpha 0 with foliage colours bled in. The mean colour is the crown's.
+///
+/// # Errors
+/// [`Error::NoFoliage`] when the crown without its gaps has fewer than four pixels or the masks are not of the photograph's size;
+/// [`Error::Parameter`] for a scale that is not positive.
+pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, params: &ExemplarParams) -> Result<Exemplar> {
+    let size = photo.image.dimensions();
+    if [crown, gaps].iter().any(|m| (m.width(), m.height()) != size) {
+        return Err(Error::NoFoliage { found: "a mask of another size than the photograph".into() });
+    }
+    if !(texels_per_px.is_finite() && texels_per_px > 0.0) {
+        let expected = "a positive number of texels".into();
+        return Err(Error::Parameter { name: "texels per pixel".into(), expected, found: texels_per_px.to_string() });
+    }
+    let foliage_px = crown.as_raw().iter().zip(gaps.as_raw()).filter(|(c, g)| **c != 0 && **g == 0).count();
+    let reduced = ReducedCrown::of(&photo.image, crown, gaps).filter(|_| foliage_px >= 4);
+    let Some(reduced) = reduced else { return Err(Error::NoFoliage { found: format!("{foliage_px} pixels of it") }) };
+    let shading = Shading::of(&reduced, params.delight);
+    let window_px = exemplar_window::find(&reduced, &shading, size);
+    let side = (f64::from(window_px.width) * texels_per_px).round().clamp(8.0, MAX_SIDE);
+    let mut layer = cut(photo, crown, gaps, window_px, side as usize, &shading);
+    limit_gaps(&mut layer, params.gap_limit);
+    layer.bleed();
+    if let Some(mean) = encoded_mean(&photo.image, crown, gaps) {
+        shift_mean(&mut layer, mean);
+    }
+    let byte = |v: f32| v.round().clamp(0.0, 255.0) as u8;
+    let image = RgbaImage::from_fn(side as u32, side as u32, |x, y| {
+        let t = layer.texels[y as usize * layer.width + x as usize];
+        Rgba([byte(t.x), byte(t.y), byte(t.z), byte(255.0 * t.w)])
+    });
+    Ok(Exemplar { image, window_px, scale: side / f64::from(window_px.width) })
+}
+
+/// The window as `side` × `side` texels: encoded sRGB 0..=255 in `xyz`, the part that is foliage in `w`.
+fn cut(photo: &Photo, crown: &Mask, gaps: &Mask, window: Rect, side: usize, shading: &Shading) -> Layer {
+    let source = |x: i64, y: i64| {
+        let gain = shading.gain(x as f64 + 0.5, y as f64 + 0.5);
+        let t = foliage_at(&photo.image, crown, gaps, x, y);
+        (gain * t.truncate()).extend(t.w)
+    };
+    let (origin, extent) = ([f64::from(window.x), f64::from(window.y)], f64::from(window.width));
+    let straight = |t: Vec4| if t.w > 1e-3 { t.truncate() / t.w } else { Vec3::ZERO };
+    let encoded = |t: Vec4| Vec3::from(straight(t).to_array().map(|v| f32::from(to_srgb(v)))).extend(t.w.clamp(0.0, 1.0));
+    if side <= window.width as usize {
+        let averaged = Layer::area_average(side, side, origin, [extent; 2], source);
+        return Layer::from_fn(side, side, |x, y| encoded(averaged.texels[y * side + x]));
+    }
+    // Fewer pixels than texels: interpolate sharply between them.
+    let n = window.width as usize;
+    let mut pixels = Layer::from_fn(n, n, |x, y| encoded(source(i64::from(window.x) + x as i64, i64::from(window.y) + y as i64)));
+    pixels.bleed();
+    let step = n as f32 / side as f32;
+    Layer::from_fn(side, side, |x, y| {
+        let t = pixels.sharp((x as f32 + 0.5) * step, (y as f32 + 0.5) * step);
+        t.truncate().clamp(Vec3::ZERO, Vec3::splat(255.0)).extend(t.w.clamp(0.0, 1.0))
+    })
+}
+
+/// Closes the shallowest gaps until at most `limit` of the texels are transparent: those with most foliage around them.
+fn limit_gaps(layer: &mut Layer, limit: f64) {
+    let mut open: Vec<usize> = (0..layer.texels.len()).filter(|&i| layer.texels[i].w < 0.5).collect();
+    let keep = (limit * layer.texels.len() as f64) as usize;
+    if open.len() <= keep {
+        return;
+    }
+    let around = layer.low_pass((layer.width / 32).max(1));
+    open.sort_by(|&a, &b| around.texels[a].w.total_cmp(&around.texels[b].w).then(a.cmp(&b)));
+    let mut closed = layer.clone();
+    closed.bleed();
+    for &i in &open[keep..] {
+        layer.texels[i] = closed.texels[i].truncate().extend(1.0);
+    }
+}
+
+/// Mean of the encoded sRGB values of the crown's foliage.
+fn encoded_mean(image: &image::RgbImage, crown: &Mask, gaps: &Mask) -> Option<Vec3> {
+    let (mut sum, mut count) = ([0u64; 3], 0u64);
+    for ((pixel, &c), &g) in image.pixels().zip(crown.as_raw()).zip(gaps.as_raw()) {
+        if c != 0 && g == 0 {
+            count += 1;
+            sum.iter_mut().zip(pixel.0).for_each(|(s, v)| *s += u64::from(v));
+        }
+    }
+    (count > 0).then(|| Vec3::from(sum.map(|s| s as f32 / count as f32)))
+}
+
+/// Scales the channels until the mean over foliage is `target`; a few rounds, since bright texels clip.
+fn shift_mean(layer: &mut Layer, target: Vec3) {
+    for _ in 0..4 {
+        let sum: Vec4 = layer.texels.iter().map(|t| (t.w * t.truncate()).extend(t.w)).sum();
+        if sum.w <= 0.0 {
+            return;
+        }
+        let gain = (target / (sum.truncate() / sum.w).max(Vec3::ONE)).clamp(Vec3::splat(0.25), Vec3::splat(4.0));
+        for t in &mut layer.texels {
+            *t = (gain * t.truncate()).min(Vec3::splat(255.0)).extend(t.w);
+        }
+    }
+}
+
+/// The exemplar as a layer to sample from: encoded sRGB 0..=255 in `xyz`, alpha 0..=1 in `w`.
+impl From<&Exemplar> for Layer {
+    fn from(exemplar: &Exemplar) -> Self {
+        let (width, height) = (exemplar.image.width() as usize, exemplar.image.height() as usize);
+        let texel = |p: &Rgba<u8>| Vec4::new(f32::from(p[0]), f32::from(p[1]), f32::from(p[2]), f32::from(p[3]) / 255.0);
+        Layer { width, height, texels: exemplar.image.pixels().map(texel).collect() }
+    }
 }

@@ -4,7 +4,9 @@
 
 pub mod contour;
 pub mod decode;
+pub mod delight;
 pub mod exemplar;
+mod exemplar_window;
 pub mod segment;
 pub mod silhouette;
 pub mod trunk;

@@ -1,4 +1,4 @@
-//! Plain images: [`Mask`] and the small software rasteriser.
+//! Plain images: [`Mask`], float [`Layer`]s and the small software rasteriser.
 
 mod encode;
 mod fill;
@@ -7,5 +7,10 @@ mod render;
 
 pub use encode::png;
 pub use fill::{fill_polygon, fill_triangle};
+mod layer;
+mod mask;
+mod render;
+
+pub use layer::Layer;
 pub use mask::{Mask, Rect};
 pub use render::{Capture, Light, Material, View, render, to_linear, to_srgb};

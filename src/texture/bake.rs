@@ -1,0 +1,334 @@
+//! The atlas: every polygon's block drawn into one continuous chart, joined along cuts (She §3.2 asks for seams to be removed; how is ours).
+//!
+//! A texel knows its polygon and its place in it; it takes its colour from the block on its side of the cuts, and within a texel or so of
+//! a cut from both. Everything is evaluated at the place itself: nothing is resampled twice.
+
+use glam::{Vec2, Vec3, Vec4};
+use image::{Rgba, RgbaImage};
+use rayon::prelude::*;
+
+use super::chart::{COPIES, Chart};
+use super::cut::{Cut, blend};
+use super::flat::FlatMesh;
+use super::measure::{self, Shaded};
+use super::synth::{BlockSource, VirtualTexture, mean_color};
+use crate::geom::{PolyMesh, Surface};
+use crate::photo::Exemplar;
+use crate::raster::Layer;
+use crate::{Error, Result};
+
+crate::params! {
+    /// How the atlas is baked.
+    pub struct BakeParams {
+        /// Side of the square atlas; a power of two.
+        texture_size: u32 = 512, in 64..=4096, unit "texels", source "ours: under 1 MB as PNG";
+        /// Half the width of the strip along shared edges in which a cut may run.
+        seam_reach: u32 = 4, in 0..=32, unit "texels", source "ours: a third of a medium polygon";
+        /// Half the width of the blend across a cut.
+        seam_blend: f64 = 1.0, in 0.0..=8.0, unit "texels", source "ours: hides the step, keeps the grain";
+    }
+}
+
+/// A crown's texture and the surface that carries it.
+#[derive(Debug, Clone)]
+pub struct Atlas {
+    /// The crown with normals and texture coordinates; closed again when equal positions are merged.
+    pub surface: Surface,
+    /// sRGB, straight alpha; alpha 0 in sky gaps, with foliage colours underneath.
+    pub image: RgbaImage,
+    /// Mean colour step across polygon borders ÷ mean step between neighbouring exemplar texels, each block cut off at its border.
+    pub seam_before: f64,
+    /// The same in the finished atlas, over polygon borders and cuts alike.
+    pub seam_after: f64,
+    /// Mean step between neighbouring atlas texels away from borders ÷ the exemplar's.
+    pub contrast: f64,
+    /// The part of the atlas that the alpha test removes.
+    pub gap_fraction: f64,
+}
+
+/// Exemplar texels per metre at which one exemplar texel covers one texel of the atlas.
+///
+/// # Errors
+/// [`Error::Untexturable`] for a mesh without area, [`Error::Parameter`] for a size that is not a power of two.
+pub fn texels_per_m(mesh: &PolyMesh, params: &BakeParams) -> Result<f64> {
+    check_size(params)?;
+    let area = FlatMesh::of(mesh)?.area;
+    // The gutter takes about a twentieth of each side.
+    Ok(0.95 * f64::from(params.texture_size) / area.sqrt())
+}
+
+fn check_size(params: &BakeParams) -> Result<()> {
+    if params.texture_size.is_power_of_two() && (64..=4096).contains(&params.texture_size) {
+        return Ok(());
+    }
+    let expected = "a power of two from 64 to 4096".into();
+    Err(Error::Parameter { name: "--texture-size".into(), expected, found: params.texture_size.to_string() })
+}
+
+/// Bakes the virtual texture of `mesh`, a crown that is star-shaped about `center`.
+///
+/// # Errors
+/// [`Error::Untexturable`] when the mesh is flat or not the one that was textured; [`Error::Parameter`] for a size that is not a power of two.
+pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &Exemplar, params: &BakeParams) -> Result<Atlas> {
+    check_size(params)?;
+    if texture.blocks.len() != mesh.polygon_count() {
+        let found = format!("{} polygons but a texture for {}", mesh.polygon_count(), texture.blocks.len());
+        return Err(Error::Untexturable { found });
+    }
+    let chart = Chart::of(mesh, center)?;
+    let layer = Layer::from(exemplar);
+    let painter = Painter::new(mesh, texture, &layer, params);
+    let size = params.texture_size as usize;
+    let pieces = pieces(mesh, &chart, size as f32);
+    let mut shaded = vec![None; size * size];
+    shaded.par_chunks_mut(size * ROWS).enumerate().for_each(|(band, texels)| {
+        let places = place_texels(&pieces, band * ROWS, size, texels.len());
+        texels.iter_mut().zip(places).for_each(|(t, place)| *t = place.map(|(piece, w)| painter.shade(&pieces[piece as usize], w)));
+    });
+    let gap_fraction = keep_gap_fraction(&mut shaded);
+    let grain = measure::exemplar_step(&layer);
+    let figures = measure::steps(&shaded, size);
+    Ok(Atlas {
+        surface: chart.surface(mesh),
+        image: finish(&shaded, size),
+        seam_before: figures.border_before / grain,
+        seam_after: figures.border_after / grain,
+        contrast: figures.inside / grain,
+        gap_fraction,
+    })
+}
+
+/// Rows that one task draws.
+const ROWS: usize = 16;
+
+/// A triangle of the chart in atlas texels, y down.
+struct Piece {
+    at: [Vec2; 3],
+    polygon: u32,
+    /// Which corners of the polygon.
+    corners: [usize; 3],
+}
+
+/// All polygons as triangles, first where they lie, then as they continue the square beyond its edges.
+fn pieces(mesh: &PolyMesh, chart: &Chart, size: f32) -> Vec<Piece> {
+    let mut pieces = Vec::new();
+    for (c, copy) in COPIES.iter().enumerate() {
+        for (p, polygon) in mesh.polygons().enumerate() {
+            let at = chart.corners[p].map(|q| size * chart.uv(copy(q)));
+            let (low, high) = (at.iter().copied().reduce(Vec2::min), at.iter().copied().reduce(Vec2::max));
+            let seen = low.zip(high).is_some_and(|(l, h)| l.max_element() <= size && h.min_element() >= 0.0);
+            if c == 0 || seen {
+                let halves: &[[usize; 3]] = if polygon.len() == 4 { &[[0, 1, 2], [0, 2, 3]] } else { &[[0, 1, 2]] };
+                pieces.extend(halves.iter().map(|k| Piece { at: k.map(|k| at[k]), polygon: p as u32, corners: *k }));
+            }
+        }
+    }
+    pieces
+}
+
+/// For each texel of a band, the first piece that covers its centre and the barycentric weights there.
+fn place_texels(pieces: &[Piece], top: usize, size: usize, count: usize) -> Vec<Option<(u32, [f32; 3])>> {
+    let mut places = vec![None; count];
+    let bottom = top + count / size;
+    for (number, piece) in pieces.iter().enumerate() {
+        let [a, b, c] = piece.at;
+        let area = (b - a).perp_dot(c - a);
+        let (low, high) = (a.min(b).min(c) - 0.5, a.max(b).max(c) - 0.5);
+        if area == 0.0 || high.y < top as f32 || low.y >= bottom as f32 || high.x < 0.0 {
+            continue;
+        }
+        let rows = (low.y.ceil().max(top as f32) as usize)..(high.y.floor() as usize + 1).min(bottom);
+        for y in rows {
+            for x in (low.x.ceil().max(0.0) as usize)..(high.x.floor() as usize + 1).min(size) {
+                let slot = &mut places[(y - top) * size + x];
+                let q = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                let w = [(c - b).perp_dot(q - b) / area, (a - c).perp_dot(q - c) / area, (b - a).perp_dot(q - a) / area];
+                // The slack closes the hairline between neighbours; the first one keeps the texel.
+                if slot.is_none() && w.iter().all(|w| *w >= -1e-4) {
+                    *slot = Some((number as u32, w));
+                }
+            }
+        }
+    }
+    places
+}
+
+/// What colour a place on a polygon has.
+struct Painter<'a> {
+    mesh: &'a PolyMesh,
+    texture: &'a VirtualTexture,
+    layer: &'a Layer,
+    density: f32,
+    blend: f32,
+    mean: Vec3,
+    variance: f32,
+    vertex_gains: Vec<Vec3>,
+    cuts: Vec<[Option<Cut>; 4]>,
+}
+
+impl<'a> Painter<'a> {
+    fn new(mesh: &'a PolyMesh, texture: &'a VirtualTexture, layer: &'a Layer, params: &BakeParams) -> Self {
+        let mean = mean_color(layer);
+        let variance = layer.texels.iter().map(|t| (t.truncate() - mean).length_squared()).sum::<f32>() / layer.texels.len() as f32;
+        let mut sums = vec![Vec4::ZERO; mesh.positions.len()];
+        for (p, polygon) in mesh.polygons().enumerate() {
+            polygon.iter().for_each(|&v| sums[v as usize] += texture.gains[p].extend(1.0));
+        }
+        let vertex_gains = sums.iter().map(|s| s.truncate() / s.w.max(1.0)).collect();
+        let (density, blend) = (texture.texels_per_m as f32, (params.seam_blend as f32).max(0.01));
+        let mut painter = Self { mesh, texture, layer, density, blend, mean, variance, vertex_gains, cuts: Vec::new() };
+        painter.cuts = painter.find_cuts(params.seam_reach as i32);
+        painter
+    }
+
+    /// A cut for every edge between blocks that do not continue each other, as both sides see it.
+    fn find_cuts(&self, reach: i32) -> Vec<[Option<Cut>; 4]> {
+        let hinges = &self.texture.flat.hinges;
+        let mut cuts: Vec<[Option<Cut>; 4]> = (0..hinges.len())
+            .into_par_iter()
+            .map(|p| std::array::from_fn(|k| hinges[p][k].filter(|h| p < h.polygon).and_then(|h| self.cut(p, k, h.polygon, reach))))
+            .collect();
+        for p in 0..hinges.len() {
+            for k in 0..4 {
+                let Some(hinge) = hinges[p][k].filter(|h| p < h.polygon) else { continue };
+                let back = hinges[hinge.polygon].iter().position(|h| {
+                    h.is_some_and(|h| {
+                        h.polygon == p && {
+                            let there = hinge.unfolded.transform_point2(self.texture.flat.flats[p].corners[k]);
+                            h.unfolded.transform_point2(there).distance(self.texture.flat.flats[p].corners[k]) * self.density < 0.5
+                        }
+                    })
+                });
+                if let (Some(back), Some(cut)) = (back, cuts[p][k].as_ref().map(Cut::reversed)) {
+                    cuts[hinge.polygon][back] = Some(cut);
+                }
+            }
+        }
+        cuts
+    }
+
+    fn cut(&self, p: usize, k: usize, neighbor: usize, reach: i32) -> Option<Cut> {
+        let flats = &self.texture.flat.flats;
+        let (flat, other) = (&flats[p], &flats[neighbor]);
+        let (a, b) = (flat.corners[k], flat.corners[(k + 1) % flat.count]);
+        let length = a.distance(b);
+        if length * self.density < 1e-3 || self.continues(p, k, neighbor, a, b) {
+            return None;
+        }
+        let columns = ((length * self.density).ceil() as usize).clamp(1, 4096);
+        // No deeper than a good third of the thinner polygon, so that opposite cuts do not meet.
+        let deep = 0.4 * flat.area.min(other.area) / length * self.density;
+        let inward = (b - a).perp() / length;
+        let difference = |c: usize, r: i32| {
+            let at = a.lerp(b, (c as f32 + 0.5) / columns as f32) + inward * (r as f32 / self.density);
+            let place = flat.lift(at);
+            (self.shown(p, at, place, Vec3::ONE) - self.beyond(p, k, at, place, Vec3::ONE)).length_squared()
+        };
+        Some(Cut::cheapest(columns, reach.min(deep as i32), difference))
+    }
+
+    /// Whether the neighbour's block goes on where this one ends.
+    fn continues(&self, p: usize, k: usize, neighbor: usize, a: Vec2, b: Vec2) -> bool {
+        let (mine, theirs) = (&self.texture.blocks[p], &self.texture.blocks[neighbor]);
+        let Some(hinge) = self.texture.flat.hinges[p][k] else { return false };
+        match (mine.source, theirs.source) {
+            (BlockSource::Front, BlockSource::Front) => true,
+            (BlockSource::Exemplar, BlockSource::Exemplar) => {
+                let extended = theirs.map * hinge.unfolded;
+                [a, b].iter().all(|&q| mine.map.transform_point2(q).distance(extended.transform_point2(q)) < 0.1)
+            }
+            _ => false,
+        }
+    }
+
+    /// What polygon `p`'s block shows at a place of its plane; alpha × 255.
+    fn shown(&self, p: usize, at: Vec2, place: Vec3, gain: Vec3) -> Vec4 {
+        let block = &self.texture.blocks[p];
+        match (block.source, &self.texture.front) {
+            (BlockSource::Front, Some(front)) => front.sample(place),
+            _ => {
+                let t = block.map.transform_point2(at);
+                let t = self.layer.sharp(t.x, t.y);
+                (gain * t.truncate()).extend(t.w)
+            }
+        }
+    }
+
+    /// What the block across edge `k` shows at a place of `p`'s plane.
+    fn beyond(&self, p: usize, k: usize, at: Vec2, place: Vec3, gain: Vec3) -> Vec4 {
+        match self.texture.flat.hinges[p][k] {
+            Some(hinge) => self.shown(hinge.polygon, hinge.unfolded.transform_point2(at), place, gain),
+            None => self.shown(p, at, place, gain),
+        }
+    }
+
+    fn shade(&self, piece: &Piece, w: [f32; 3]) -> Shaded {
+        let p = piece.polygon as usize;
+        let flat = &self.texture.flat.flats[p];
+        let polygon = self.mesh.polygon(p);
+        let (mut at, mut place, mut gain) = (Vec2::ZERO, Vec3::ZERO, Vec3::ZERO);
+        for (&k, w) in piece.corners.iter().zip(w) {
+            at += w * flat.corners[k];
+            place += w * self.mesh.positions[polygon[k] as usize];
+            gain += w * self.vertex_gains[polygon[k] as usize];
+        }
+        let own = self.shown(p, at, place, gain);
+        let mut parts = [(0.0, Vec4::ZERO); 5];
+        let (mut count, mut label, mut strongest) = (1, piece.polygon, 0.0);
+        let mut left = 1.0;
+        for k in 0..flat.count {
+            let Some(cut) = &self.cuts[p][k] else { continue };
+            let (a, b) = (flat.corners[k], flat.corners[(k + 1) % flat.count]);
+            let length = a.distance(b);
+            let (along, aside) = ((at - a).dot(b - a) / (length * length), (b - a).perp_dot(at - a) / length * self.density);
+            let t = (0.5 - 0.5 * (aside - cut.at(along)) / self.blend).clamp(0.0, 1.0);
+            let share = t * t * (3.0 - 2.0 * t);
+            if share > 0.0 {
+                parts[count] = (share, self.beyond(p, k, at, place, gain));
+                count += 1;
+                left *= 1.0 - share;
+                if share > strongest {
+                    (label, strongest) = (self.texture.flat.hinges[p][k].map_or(piece.polygon, |h| h.polygon as u32), share);
+                }
+            }
+        }
+        parts[0] = (left, own);
+        if left >= strongest {
+            label = piece.polygon;
+        }
+        let color = if count == 1 { own } else { blend(&parts[..count], (gain * self.mean).extend(1.0), self.variance) };
+        Shaded { polygon: piece.polygon, label, pure: count == 1, own, color }
+    }
+}
+
+/// Scales alpha so that blending does not change how much the alpha test removes; returns that part.
+fn keep_gap_fraction(shaded: &mut [Option<Shaded>]) -> f64 {
+    let count = shaded.iter().flatten().count();
+    let open = shaded.iter().flatten().filter(|s| s.own.w < 0.5).count();
+    if open == 0 || count == 0 {
+        return 0.0;
+    }
+    let mut alphas: Vec<f32> = shaded.iter().flatten().map(|s| s.color.w).collect();
+    let (_, &mut threshold, _) = alphas.select_nth_unstable_by(open.min(count - 1), f32::total_cmp);
+    let scale = 0.5 / threshold.clamp(0.1, 0.9);
+    shaded.iter_mut().flatten().for_each(|s| s.color.w = (s.color.w * scale).clamp(0.0, 1.0));
+    shaded.iter().flatten().filter(|s| s.color.w < 0.5).count() as f64 / count as f64
+}
+
+/// To 8 bits, colours bled under whatever the alpha test removes and over texels that no polygon covers.
+fn finish(shaded: &[Option<Shaded>], size: usize) -> RgbaImage {
+    let mut layer = Layer::from_fn(size, size, |x, y| {
+        shaded[y * size + x].as_ref().map_or(Vec4::ZERO, |s| s.color.truncate().extend(f32::from(s.color.w >= 0.5)))
+    });
+    layer.bleed();
+    let byte = |v: f32| v.round().clamp(0.0, 255.0) as u8;
+    RgbaImage::from_fn(size as u32, size as u32, |x, y| {
+        let i = y as usize * size + x as usize;
+        let (t, alpha) = (layer.texels[i], shaded[i].as_ref().map_or(1.0, |s| s.color.w));
+        Rgba([byte(t.x), byte(t.y), byte(t.z), byte(255.0 * alpha)])
+    })
+}
+
+#[cfg(test)]
+#[path = "bake_tests.rs"]
+mod tests;

@@ -1,0 +1,277 @@
+//! The virtual texture: polygons in breadth-first order, each extended from its one synthesised neighbour or matched with several
+//! (She §3.2, fig. 10–12).
+
+use std::collections::VecDeque;
+
+use glam::{Affine2, Vec2, Vec3, Vec4};
+
+use super::flat::{Flat, FlatMesh};
+use super::front::{Front, FrontLayer};
+use super::matching::{Matcher, Sample, upright};
+use crate::geom::PolyMesh;
+use crate::photo::Exemplar;
+use crate::raster::Layer;
+use crate::{Error, Result, Seed};
+
+crate::choices! {
+    /// Where the polygons that faced the camera take their texture from.
+    pub enum FrontChoice {
+        /// the photograph itself
+        Photo = "photo",
+        /// the exemplar, as all others: the paper's way
+        Synth = "synth",
+    }
+}
+
+crate::params! {
+    /// How the texture is grown over the crown.
+    pub struct SynthParams {
+        /// Texture of the polygons that faced the camera.
+        front: FrontChoice = FrontChoice::Photo, unit "", source "ours: the tree on the map should be the tree in the picture";
+        /// Largest angle between a polygon's normal and the camera at which it takes the photograph's texture.
+        front_angle_deg: f64 = 58.0, in 5.0..=80.0, unit "°", source "ours: beyond it the texture stretches twofold";
+        /// Largest turn away from upright that extension may accumulate before a block is matched anew.
+        lean_limit_deg: f64 = 25.0, in 0.0..=180.0, unit "°", source "ours: foliage hangs";
+    }
+}
+
+/// Where a polygon's block lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BlockSource {
+    /// In the photograph (parallel projection), `--front photo`.
+    Front,
+    /// In the exemplar.
+    Exemplar,
+}
+
+/// One polygon's part of the virtual texture.
+#[derive(Debug, Clone, Copy)]
+pub struct Block {
+    /// Which picture it is in.
+    pub source: BlockSource,
+    /// Texture coordinates of the polygon's corners, exemplar texels (zero for [`BlockSource::Front`]); a triangle repeats its last.
+    pub corners: [Vec2; 4],
+    /// Synthesised neighbours at its turn (She fig. 10).
+    pub cv: u8,
+    /// From the polygon's plane, metres, to exemplar texels.
+    pub(super) map: Affine2,
+}
+
+/// How the polygons came by their texture.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Counts {
+    /// Taken from the photograph.
+    pub front: usize,
+    /// CV 0: placed by the seed.
+    pub started: usize,
+    /// CV 1: extended across the shared edge.
+    pub extended: usize,
+    /// CV 1, but the extension would have left the exemplar or leaned too far: matched.
+    pub rematched: usize,
+    /// CV 2, 3 and 4: matched with all neighbours.
+    pub matched: [usize; 3],
+}
+
+/// Texture coordinates for every polygon.
+pub struct VirtualTexture {
+    /// Exemplar texels per metre.
+    pub texels_per_m: f64,
+    /// One per polygon, triangles first.
+    pub blocks: Vec<Block>,
+    /// How they came about.
+    pub counts: Counts,
+    pub(super) flat: FlatMesh,
+    pub(super) front: Option<FrontLayer>,
+    /// Brightness of each polygon against the exemplar's mean.
+    pub(super) gains: Vec<Vec3>,
+}
+
+/// Texels between the samples along a shared edge, and from the edge to the samples on either side.
+const SPACING: f32 = 1.5;
+const ASIDE: f32 = 1.0;
+
+/// Grows the texture over `mesh`.
+///
+/// `front` is used when `params.front` says so. Same mesh, exemplar and seed give the same blocks.
+///
+/// # Errors
+/// [`Error::Untexturable`] for a mesh without area or with broken polygons, [`Error::NoFoliage`] for an empty exemplar,
+/// [`Error::Parameter`] for a density that is not positive.
+pub fn synthesize(
+    mesh: &PolyMesh,
+    exemplar: &Exemplar,
+    texels_per_m: f64,
+    front: Option<&Front>,
+    params: &SynthParams,
+    seed: Seed,
+) -> Result<VirtualTexture> {
+    if exemplar.image.width() < 2 || exemplar.image.height() < 2 {
+        return Err(Error::NoFoliage { found: "an exemplar of less than 2×2 texels".into() });
+    }
+    if !(texels_per_m.is_finite() && texels_per_m > 0.0) {
+        let expected = "a positive number".into();
+        return Err(Error::Parameter { name: "texels per metre".into(), expected, found: texels_per_m.to_string() });
+    }
+    let flat = FlatMesh::of(mesh)?;
+    let layer = Layer::from(exemplar);
+    let front = front.filter(|_| params.front == FrontChoice::Photo).and_then(|f| FrontLayer::of(f, texels_per_m));
+    let facing = front.as_ref().map_or_else(|| vec![false; flat.flats.len()], |f| f.polygons(mesh, &flat, params));
+    let gains = match &front {
+        Some(f) => f.gains(mesh, &flat, &facing, mean_color(&layer)),
+        None => vec![Vec3::ONE; flat.flats.len()],
+    };
+    let density = texels_per_m as f32;
+    let reach = flat.flats.iter().flat_map(|f| f.corners().iter().map(|c| c.distance(f.middle()))).fold(0.0, f32::max) * density;
+    let matcher = Matcher::new(&layer, reach + SPACING + ASIDE);
+    let mut grower = Grower { flat: &flat, layer: &layer, front: front.as_ref(), gains: &gains, matcher, density, params, seed };
+    let (blocks, counts) = grower.grow(&facing);
+    Ok(VirtualTexture { texels_per_m, blocks, counts, flat, front, gains })
+}
+
+/// Mean of the opaque texels, encoded sRGB 0..=255.
+pub(super) fn mean_color(layer: &Layer) -> Vec3 {
+    let sum: Vec4 = layer.texels.iter().map(|t| (t.w * t.truncate()).extend(t.w)).sum();
+    if sum.w > 0.0 { sum.truncate() / sum.w } else { Vec3::splat(128.0) }
+}
+
+struct Grower<'a> {
+    flat: &'a FlatMesh,
+    layer: &'a Layer,
+    front: Option<&'a FrontLayer>,
+    gains: &'a [Vec3],
+    matcher: Matcher,
+    density: f32,
+    params: &'a SynthParams,
+    seed: Seed,
+}
+
+impl Grower<'_> {
+    fn grow(&mut self, facing: &[bool]) -> (Vec<Block>, Counts) {
+        let n = self.flat.flats.len();
+        let mut blocks: Vec<Option<Block>> = vec![None; n];
+        let mut counts = Counts::default();
+        let mut queue = VecDeque::new();
+        let mut queued = facing.to_vec();
+        for p in (0..n).filter(|&p| facing[p]) {
+            blocks[p] = Some(Block { source: BlockSource::Front, corners: [Vec2::ZERO; 4], cv: 0, map: Affine2::IDENTITY });
+            counts.front += 1;
+        }
+        for p in (0..n).filter(|&p| facing[p]) {
+            self.enqueue(p, &mut queue, &mut queued);
+        }
+        // The start, then whatever the edges did not reach.
+        let first = self.seed.keyed("texture-start", 0).below(n);
+        for start in std::iter::once(first).chain(0..n) {
+            if queue.is_empty() && !queued[start] {
+                queue.push_back(start);
+                queued[start] = true;
+            }
+            while let Some(p) = queue.pop_front() {
+                blocks[p] = Some(self.place(p, &blocks, &mut counts));
+                self.enqueue(p, &mut queue, &mut queued);
+            }
+        }
+        (blocks.into_iter().map(|b| b.expect("every polygon is queued once")).collect(), counts)
+    }
+
+    fn enqueue(&self, p: usize, queue: &mut VecDeque<usize>, queued: &mut [bool]) {
+        for hinge in self.flat.hinges[p].iter().flatten() {
+            if !std::mem::replace(&mut queued[hinge.polygon], true) {
+                queue.push_back(hinge.polygon);
+            }
+        }
+    }
+
+    /// One polygon's block, given what is synthesised so far.
+    fn place(&mut self, p: usize, blocks: &[Option<Block>], counts: &mut Counts) -> Block {
+        let flat = &self.flat.flats[p];
+        let hinges = self.flat.hinges[p].iter().enumerate();
+        let known: Vec<(usize, Affine2, &Block)> =
+            hinges.filter_map(|(k, h)| h.and_then(|h| blocks[h.polygon].as_ref().map(|b| (k, b.map * h.unfolded, b)))).collect();
+        let extensions: Vec<Affine2> = known.iter().filter(|k| k.2.source == BlockSource::Exemplar).map(|k| k.1).collect();
+        let mut draws = self.seed.keyed("texture-block", p as u64);
+        let up = flat.up.unwrap_or_else(|| extensions.first().map_or(Vec2::Y, carried_up));
+        let jitter = (4.0 * draws.signed() as f32).to_radians();
+        let map = match (known.len(), extensions.first()) {
+            (0, _) => {
+                counts.started += 1;
+                self.start(flat, up, jitter, [draws.unit(), draws.unit()])
+            }
+            (1, Some(&extended)) if self.allowed(flat, up, extended) => {
+                counts.extended += 1;
+                extended
+            }
+            (cv, _) => {
+                match cv {
+                    1 => counts.rematched += 1,
+                    _ => counts.matched[cv.min(4) - 2] += 1,
+                }
+                self.matched(p, &known, &extensions, up, jitter)
+            }
+        };
+        self.matcher.note(map.transform_point2(flat.middle()));
+        let corners = flat.corners.map(|c| map.transform_point2(c));
+        Block { source: BlockSource::Exemplar, corners, cv: known.len() as u8, map }
+    }
+
+    fn start(&self, flat: &Flat, up: Vec2, jitter: f32, draw: [f64; 2]) -> Affine2 {
+        let linear = upright(up, jitter, self.density);
+        let [xs, ys] = self.matcher.places(flat, linear);
+        let within = |(from, to): (i64, i64), t: f64| from as f32 + (t * (to - from) as f64) as f32;
+        Affine2::from_mat2_translation(linear, Vec2::new(within(xs, draw[0]), within(ys, draw[1])) - linear * flat.middle())
+    }
+
+    /// Whether an extension stays inside the exemplar and near upright.
+    fn allowed(&self, flat: &Flat, up: Vec2, map: Affine2) -> bool {
+        let inside = |c: &Vec2| {
+            let t = map.transform_point2(*c);
+            t.x >= 0.0 && t.y >= 0.0 && t.x <= self.layer.width as f32 && t.y <= self.layer.height as f32
+        };
+        let upright = (map.matrix2 * up).normalize_or(Vec2::ZERO).dot(-Vec2::Y);
+        flat.corners().iter().all(inside) && upright >= (self.params.lean_limit_deg as f32).to_radians().cos()
+    }
+
+    /// The block that agrees best with the neighbours: searched, or one neighbour's extension where that is better still.
+    fn matched(&self, p: usize, known: &[(usize, Affine2, &Block)], extensions: &[Affine2], up: Vec2, jitter: f32) -> Affine2 {
+        let flat = &self.flat.flats[p];
+        let samples: Vec<Sample> = known.iter().flat_map(|k| self.border(p, k.0, k.1, k.2)).collect();
+        let (mut best, mut least) = self.matcher.best(flat, &samples, up, jitter, self.density);
+        for &extended in extensions.iter().filter(|e| self.allowed(flat, up, **e)) {
+            let cost = self.matcher.cost_of(flat, &samples, extended);
+            if cost < least {
+                (best, least) = (extended, cost);
+            }
+        }
+        best
+    }
+
+    /// What the neighbour across edge `k` shows along it, in this polygon's plane.
+    fn border(&self, p: usize, k: usize, map: Affine2, block: &Block) -> Vec<Sample> {
+        let flat = &self.flat.flats[p];
+        let (a, b) = (flat.corners[k], flat.corners[(k + 1) % flat.count]);
+        let length = a.distance(b) * self.density;
+        let n = ((length / SPACING).ceil() as usize).clamp(1, 12);
+        let inward = (b - a).normalize_or(Vec2::X).perp() * (ASIDE / self.density);
+        let neighbor = self.flat.hinges[p][k].map_or(p, |h| h.polygon);
+        let shown = |at: Vec2| match (block.source, self.front) {
+            (BlockSource::Front, Some(front)) => {
+                let t = front.sample(flat.lift(at));
+                (t.truncate() / self.gains[neighbor]).extend(t.w)
+            }
+            _ => {
+                let t = map.transform_point2(at);
+                self.layer.bilinear(t.x, t.y)
+            }
+        };
+        let sample = |at: Vec2| {
+            let t = shown(at);
+            Sample { at, shown: t.truncate().extend(255.0 * t.w) }
+        };
+        (0..n).flat_map(|i| [1.0, -1.0].map(|side| sample(a.lerp(b, (i as f32 + 0.5) / n as f32) + side * inward))).collect()
+    }
+}
+
+/// The direction in the polygon's plane that a map shows upright.
+fn carried_up(map: &Affine2) -> Vec2 {
+    (map.matrix2.inverse() * -Vec2::Y).normalize_or(Vec2::Y)
+}
