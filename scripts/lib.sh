@@ -38,9 +38,11 @@ apt_install() {
         sudo -n true 2>/dev/null ||
             stop "$purpose needs packages that I may not install here. Run: sudo apt-get update && sudo apt-get install -y --no-install-recommends ${missing[*]}"
     fi
-    say "installing ${missing[*]} with apt-get, for $purpose"
+    local install=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq --no-install-recommends "${missing[@]}") size
     fetch "the package lists" "${as_root[@]}" apt-get update -qq
-    fetch "${missing[*]}" "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+    size=$(LC_ALL=C "${install[@]/-qq/-q}" --assume-no 2>/dev/null | sed -n 's/^After this operation, \(.*B\) of .*/\1/p') || true
+    say "installing ${missing[*]} with apt-get, for $purpose (${size:-size unknown})"
+    fetch "${missing[*]}" "${install[@]}" --yes >/dev/null
 }
 
 need_rust() {
