@@ -14,7 +14,7 @@ demo: ## build, and turn the sample photograph (or PHOTO=path) into a model
 test: ## all tests, with the checks by OpenCV, scikit-image, Open3D and the Khronos validator
 	@scripts/test
 
-test-full: ## the tests, and Blender opens and renders a model (installs another 1.3 GB)
+test-full: ## the tests, and Blender opens and renders a model (installs another 0.9 GB)
 	@scripts/test full
 
 sheets: ## contact sheets of every photograph into results/local

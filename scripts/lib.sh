@@ -1,7 +1,9 @@
 # Shared by the scripts beside this file: messages, and installing only what is missing.
 # shellcheck shell=bash
 
+# shellcheck disable=SC2034 # for the scripts that read this file
 readonly PYTHON_ENV=target/python
+# shellcheck disable=SC2034
 readonly BLENDER_ENV=target/blender
 readonly UV_VERSION=0.13.9
 
@@ -36,9 +38,11 @@ apt_install() {
         sudo -n true 2>/dev/null ||
             stop "$purpose needs packages that I may not install here. Run: sudo apt-get update && sudo apt-get install -y --no-install-recommends ${missing[*]}"
     fi
-    say "installing ${missing[*]} with apt-get, for $purpose"
+    local install=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq --no-install-recommends "${missing[@]}") size
     fetch "the package lists" "${as_root[@]}" apt-get update -qq
-    fetch "${missing[*]}" "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+    size=$(LC_ALL=C "${install[@]/-qq/-q}" --assume-no 2>/dev/null | sed -n 's/^After this operation, \(.*B\) of .*/\1/p') || true
+    say "installing ${missing[*]} with apt-get, for $purpose (${size:-size unknown})"
+    fetch "${missing[*]}" "${install[@]}" --yes >/dev/null
 }
 
 need_rust() {
@@ -53,7 +57,7 @@ python_env() {
     cmp -s "$lock" "$env/installed.lock" && return 0
     local uv=target/uv/bin/uv
     if [[ $("$uv" --version 2>/dev/null) != "uv $UV_VERSION"* ]]; then
-        command -v python3 >/dev/null && python3 -c 'import ensurepip' 2>/dev/null || apt_install "Python environments" python3 python3-venv
+        python3 -c 'import ensurepip' 2>/dev/null || apt_install "Python environments" python3 python3-venv
         say "installing uv $UV_VERSION into target/uv (60 MB)"
         python3 -m venv --clear target/uv
         fetch "uv" target/uv/bin/python -m pip install --quiet --disable-pip-version-check "uv==$UV_VERSION"

@@ -110,8 +110,9 @@ def markdown(names: list[str], rows: list[Row]) -> str:
     lines = [
         "# Segmentation against masks drawn by people",
         "",
-        "IoU with the crown's mask or the whole tree's, whichever is nearer. GrabCut and the random walker are told that the tree is",
-        f"in the middle; the others are told nothing. The {counting} photographs of one green tree count; the rest stand in brackets.",
+        "IoU with the crown's mask or the whole tree's, whichever is nearer. GrabCut and the random walker are told that the",
+        "tree is in the middle; the others are told nothing.",
+        f"The {counting} photographs of one green tree count; the rest stand in brackets.",
         "",
         f"| photograph | mask | {' | '.join(names)} |",
         f"| --- | --- |{' ---: |' * len(names)}",
