@@ -15,8 +15,8 @@ use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use image::imageops::FilterType;
-use sphereboard::model::pipeline::{self, ModelParams, Request, View};
 use sphereboard::model::glb;
+use sphereboard::model::pipeline::{self, ModelParams, Request, View};
 use sphereboard::params::ParamSet as _;
 use sphereboard::photo::{DecodeParams, Hints, Photo, SegmentParams, decode, segment};
 use sphereboard::{Seed, files, texture};
@@ -49,7 +49,9 @@ fn segmentation(c: &mut Criterion) {
     for method in ["hsv", "auto"] {
         let mut params = SegmentParams::default();
         params.set("method", method).expect("a method of the table");
-        group.bench_function(method, |b| b.iter(|| segment::segment(black_box(&photo), &params, &Hints::default()).expect("a tree is there")));
+        group.bench_function(method, |b| {
+            b.iter(|| segment::segment(black_box(&photo), &params, &Hints::default()).expect("a tree is there"))
+        });
     }
     match OpenCv::start(&photo, &SegmentParams::default()) {
         Some(mut opencv) => {
@@ -67,8 +69,13 @@ fn whole_model(c: &mut Criterion) {
     group.bench_function("medium", |b| {
         b.iter(|| {
             let views = [View { photo: decoded(&jpeg), hints: Hints::default(), azimuth_rad: 0.0 }];
-            let request =
-                Request { views: &views, params: &ModelParams::default(), height_is_given: true, seed: Seed(1), source: "bench".to_owned() };
+            let request = Request {
+                views: &views,
+                params: &ModelParams::default(),
+                height_is_given: true,
+                seed: Seed(1),
+                sources: vec!["bench".to_owned()],
+            };
             glb::write(&pipeline::run(&request, &|_| ()).expect("a tree is there").model).expect("a model is written")
         });
     });
@@ -79,30 +86,28 @@ fn texture_synthesis(c: &mut Criterion) {
     let views = [View { photo: decoded(&jpeg_12mp()), hints: Hints::default(), azimuth_rad: 0.0 }];
     let mut params = ModelParams::default();
     params.texture.set("front", "synth").expect("a choice of the table");
-    let request = Request { views: &views, params: &params, height_is_given: true, seed: Seed(1), source: "bench".to_owned() };
+    let request =
+        Request { views: &views, params: &params, height_is_given: true, seed: Seed(1), sources: vec!["bench".to_owned()] };
     let run = pipeline::run(&request, &|_| ()).expect("a tree is there");
-    let (crown, exemplar) = (&run.crowns[0], &run.exemplar);
-    let texels_per_m = texture::texels_per_m(&run.crowns, &params.texture);
+    let (crown, exemplar) = (&run.crowns[0], &run.exemplars[0]);
+    let texels_per_m = texture::texels_per_m(&crown.mesh, &params.bake).expect("a crown has area");
     let mut group = c.benchmark_group("texture-512");
     group.sample_size(10).measurement_time(Duration::from_secs(10));
     group.bench_function("extension-and-matching", |b| {
-        b.iter(|| texture::cover(&crown.mesh, crown.center, exemplar, texels_per_m, None, &params.texture, Seed(1)).expect("a texture"));
+        b.iter(|| {
+            let blocks = texture::synthesize(&crown.mesh, exemplar, texels_per_m, None, &params.texture, Seed(1)).expect("blocks");
+            texture::bake(&crown.mesh, crown.center, &blocks, exemplar, &params.bake).expect("an atlas")
+        });
     });
-    let side = params.texture.texture_size;
     group.bench_function("crate-texture-synthesis", |b| {
         b.iter(|| {
-            let example = texture_synthesis::Example::new(image_for_the_crate(exemplar));
-            let session = texture_synthesis::Session::builder().add_example(example).output_size(texture_synthesis::Dims::square(side)).build();
-            session.expect("a session").run(None)
+            let session = texture_synthesis::Session::builder()
+                .add_example(texture_synthesis::Example::new(image::DynamicImage::ImageRgba8(exemplar.image.clone())))
+                .output_size(texture_synthesis::Dims::square(params.bake.texture_size));
+            session.build().expect("a session").run(None)
         });
     });
     group.finish();
-}
-
-/// The exemplar as the other crate takes it.
-fn image_for_the_crate(exemplar: &sphereboard::photo::Exemplar) -> texture_synthesis::ImageSource<'static> {
-    let bytes = sphereboard::raster::png(&exemplar.image).expect("an exemplar encodes");
-    texture_synthesis::ImageSource::from_memory(Box::leak(bytes.into_boxed_slice()))
 }
 
 /// A Python process that times OpenCV's hsv steps on the same pixels.

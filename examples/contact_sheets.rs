@@ -24,7 +24,8 @@ fn main() -> Result<()> {
     files::ready_folder(&out)?;
     let groups = if named.is_empty() { groups() } else { vec![("named".to_owned(), named)] };
     for (group, photos) in groups {
-        let rows: Vec<(String, Result<RgbImage>)> = photos.par_iter().map(|photo| (photo.display().to_string(), row(photo))).collect();
+        let rows: Vec<(String, Result<RgbImage>)> =
+            photos.par_iter().map(|photo| (photo.display().to_string(), row(photo))).collect();
         let mut drawn = Vec::new();
         for (name, row) in rows {
             match row {
@@ -47,8 +48,13 @@ fn main() -> Result<()> {
 fn row(path: &Path) -> Result<RgbImage> {
     let photo = decode::decode(path, &DecodeParams::default())?;
     let views = [View { photo, hints: Hints::default(), azimuth_rad: 0.0 }];
-    let request =
-        Request { views: &views, params: &ModelParams::default(), height_is_given: false, seed: Seed(1), source: path.display().to_string() };
+    let request = Request {
+        views: &views,
+        params: &ModelParams::default(),
+        height_is_given: false,
+        seed: Seed(1),
+        sources: vec![path.display().to_string()],
+    };
     let run = pipeline::run(&request, &|_| ())?;
     sheet::row(&views[0].photo.image, &run, ROW_PX)
 }
@@ -59,8 +65,13 @@ fn groups() -> Vec<(String, Vec<PathBuf>)> {
     if shared.is_none() {
         println!("SKIPPED: the shared photographs are not there; set SPHEREBOARD_SHARED");
     }
-    let shared = shared.into_iter().flat_map(|s| [("single".to_owned(), s.join("photos/single")), ("pairs".to_owned(), s.join("photos/pairs"))]);
-    std::iter::once(("own".to_owned(), PathBuf::from("photos"))).chain(shared).map(|(name, folder)| (name, photographs(&folder))).collect()
+    let shared = shared
+        .into_iter()
+        .flat_map(|s| [("single".to_owned(), s.join("photos/single")), ("pairs".to_owned(), s.join("photos/pairs"))]);
+    std::iter::once(("own".to_owned(), PathBuf::from("photos")))
+        .chain(shared)
+        .map(|(name, folder)| (name, photographs(&folder)))
+        .collect()
 }
 
 fn photographs(folder: &Path) -> Vec<PathBuf> {

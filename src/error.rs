@@ -180,6 +180,52 @@ pub enum Error {
         /// The version that this program reads.
         known: u32,
     },
+    // Segmentation.
+    /// Too few pixels to hold a crown.
+    #[error("the picture has {width}×{height} pixels, but a crown needs at least 16×16; give a larger photograph")]
+    PictureTooSmall {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// Sky only, or one colour.
+    #[error(
+        "the picture shows nothing but {what}, and a tree is expected; give a photograph of one tree, or its crown with --mask FILE"
+    )]
+    NothingToSee {
+        /// What fills it: "sky", "one colour".
+        what: &'static str,
+    },
+    /// Nothing in the picture looks like leaves.
+    #[error(
+        "no foliage found{within}: the dominant hue is {hue_deg:.0}° ({name}); if that is the crown's colour, give --hue LO..HI around it, \
+         or draw the crown and give --mask FILE"
+    )]
+    NoFoliage {
+        /// Where or in which range was looked, with a leading space; may be empty.
+        within: String,
+        /// The hue that most of the coloured pixels have, degrees.
+        hue_deg: f64,
+        /// Its name.
+        name: &'static str,
+    },
+    /// Bare branches.
+    #[error(
+        "the tree seems to be leafless: twigs against the sky, and no crown of foliage above the ground; give a photograph in leaf, \
+         or draw the crown and give --mask FILE"
+    )]
+    Leafless,
+    /// A hint that contradicts the picture or itself.
+    #[error("{flag} must be {expected}, but is {found}; correct it or leave it out")]
+    Hint {
+        /// The option.
+        flag: &'static str,
+        /// What it may be.
+        expected: String,
+        /// What it is.
+        found: String,
+    },
     /// A result that breaks the library's own promise: a bug, not a user's mistake.
     #[error("internal check failed in {stage}: {what}; please report this with the photograph and the parameters")]
     Internal {
@@ -207,7 +253,7 @@ pub enum Error {
     #[error(
         "the texture needs at least 2×2 pixels of foliage inside the crown, but there is {found}; mark the crown with --mask or --rect"
     )]
-    NoFoliage {
+    Exemplar {
         /// What there is instead.
         found: String,
     },

@@ -44,7 +44,14 @@ pub struct Batch {
 /// Adds the options that every command over photographs has.
 pub fn add(command: Command) -> Command {
     command
-        .arg(Arg::new("out").long("out").value_name("DIR").required(true).value_parser(value_parser!(PathBuf)).help("Folder for the results; made where it is missing"))
+        .arg(
+            Arg::new("out")
+                .long("out")
+                .value_name("DIR")
+                .required(true)
+                .value_parser(value_parser!(PathBuf))
+                .help("Folder for the results; made where it is missing"),
+        )
         .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print the summary as JSON on standard output"))
         .arg(
             Arg::new("threads")
@@ -90,7 +97,11 @@ impl Batch {
             })
             .collect();
         bar.finish_and_clear();
-        if self.json { print_json(jobs, &results) } else { print_summary(jobs, &results) }
+        if self.json {
+            print_json(jobs, &results)
+        } else {
+            print_summary(jobs, &results)
+        }
         Ok(if results.iter().all(Result::is_ok) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 }
@@ -121,7 +132,8 @@ fn refuse_equal_stems(jobs: &[Job]) -> Result<()> {
 }
 
 fn progress_bar(length: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:32} {percent:>3} %  {eta} left  {wide_msg}").expect("the template is a constant");
+    let style =
+        ProgressStyle::with_template("{bar:32} {percent:>3} %  {eta} left  {wide_msg}").expect("the template is a constant");
     ProgressBar::new(length).with_style(style)
 }
 
@@ -149,5 +161,8 @@ fn print_json(jobs: &[Job], results: &[Result<Done>]) {
         })
         .collect();
     let failed = results.iter().filter(|r| r.is_err()).count();
-    println!("{:#}", serde_json::json!({"sphereboard": env!("CARGO_PKG_VERSION"), "done": rows.len() - failed, "failed": failed, "photos": rows}));
+    println!(
+        "{:#}",
+        serde_json::json!({"sphereboard": env!("CARGO_PKG_VERSION"), "done": rows.len() - failed, "failed": failed, "photos": rows})
+    );
 }

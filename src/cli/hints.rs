@@ -11,19 +11,28 @@ use crate::{Error, Result};
 /// Adds the options.
 pub fn add(command: Command) -> Command {
     let option = |name: &'static str, value: &'static str, help: &'static str| {
-        Arg::new(name).long(name).value_name(value).help(help).help_heading("Manual help with the segmentation (pixels of the upright photograph)")
+        Arg::new(name)
+            .long(name)
+            .value_name(value)
+            .help(help)
+            .help_heading("Manual help with the segmentation (pixels of the upright photograph)")
     };
     command
         .arg(option("rect", "X,Y,W,H", "The crown lies inside this rectangle; X,Y is its top left corner"))
         .arg(option("include", "X,Y", "This pixel belongs to the crown; may be repeated").action(ArgAction::Append))
         .arg(option("exclude", "X,Y", "This pixel does not belong to the crown; may be repeated").action(ArgAction::Append))
-        .arg(option("mask", "FILE", "A picture of the photograph's size, white where the crown is; replaces the segmentation").value_parser(value_parser!(PathBuf)))
+        .arg(
+            option("mask", "FILE", "A picture of the photograph's size, white where the crown is; replaces the segmentation")
+                .value_parser(value_parser!(PathBuf)),
+        )
         .arg(option("hue", "LO..HI", "Foliage hue in degrees (0 red, 60 yellow, 120 green), low to high; She §3.1 uses 90..150"))
 }
 
 /// Whether any hint that only makes sense for one photograph was given.
 pub fn for_one_photo(matches: &ArgMatches) -> Option<&'static str> {
-    ["rect", "include", "exclude", "mask"].into_iter().find(|name| matches.contains_id(name) && matches.value_source(name).is_some())
+    ["rect", "include", "exclude", "mask"]
+        .into_iter()
+        .find(|name| matches.contains_id(name) && matches.value_source(name).is_some())
 }
 
 /// Reads the hints.
@@ -54,7 +63,8 @@ fn whole_numbers<const N: usize>(name: &str, text: &str, expected: &str) -> Resu
 }
 
 fn hue_range(text: &str) -> Result<(f64, f64)> {
-    let range = text.split_once("..").and_then(|(low, high)| Some((low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?)));
+    let range =
+        text.split_once("..").and_then(|(low, high)| Some((low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?)));
     let allowed = |&(low, high): &(f64, f64)| 0.0 <= low && low <= high && high <= 360.0;
     range.filter(allowed).ok_or_else(|| wrong("hue", text, "LO..HI in degrees with 0 ≤ LO ≤ HI ≤ 360"))
 }

@@ -7,10 +7,10 @@ use clap::{Arg, ArgMatches, Command, value_parser};
 use serde_json::{Value, json};
 
 use crate::crown::CrownParams;
-use crate::model::pipeline::{self, ModelParams, ModelRun, Request, SizeParams, View};
 use crate::model::glb;
+use crate::model::pipeline::{self, ModelParams, ModelRun, Request, SizeParams, View};
 use crate::photo::{DecodeParams, ExemplarParams, Hints, SegmentParams, SilhouetteParams, decode};
-use crate::texture::SynthParams;
+use crate::texture::{BakeParams, SynthParams};
 use crate::{Error, Result, Seed, files, report};
 
 use super::batch::{self, Batch, Done, Job};
@@ -56,6 +56,7 @@ pub fn command() -> Command {
     let command = options::add::<SizeParams>(command, "Size");
     let command = options::add::<CrownParams>(command, "Crown surface (She §3.1, fig. 8-9)");
     let command = options::add::<SynthParams>(command, "Texture (She §3.2, fig. 10-12)");
+    let command = options::add::<BakeParams>(command, "Atlas");
     let command = options::add::<ExemplarParams>(command, "Exemplar (She §3.2)");
     let command = options::add::<SilhouetteParams>(command, "Outline (She §3.1, fig. 8a)");
     let command = options::add::<SegmentParams>(command, "Segmentation (She §3.1, fig. 7)");
@@ -94,6 +95,7 @@ impl Settings {
                 crown: options::read(matches)?,
                 exemplar: options::read(matches)?,
                 texture: options::read(matches)?,
+                bake: options::read(matches)?,
                 size: options::read(matches)?,
             },
             height_is_given: matches.value_source("height_m") == Some(ValueSource::CommandLine),
@@ -122,7 +124,7 @@ impl Settings {
             params: &self.params,
             height_is_given: self.height_is_given,
             seed: self.seed,
-            source: job.photos[0].file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+            sources: job.photos.iter().filter_map(|p| p.file_name()).map(|name| name.to_string_lossy().into_owned()).collect(),
         };
         let run = pipeline::run(&request, step)?;
         let encoding = std::time::Instant::now();
@@ -134,14 +136,17 @@ impl Settings {
         let mut stages = vec![("decode", decode_ms)];
         stages.extend(run.stages_ms.iter().copied());
         stages.push(("encode", encode_ms));
-        report["stages_ms"] = stages.iter().map(|&(stage, ms)| (stage.to_owned(), json!(ms))).collect::<serde_json::Map<_, _>>().into();
+        report["stages_ms"] =
+            stages.iter().map(|&(stage, ms)| (stage.to_owned(), json!(ms))).collect::<serde_json::Map<_, _>>().into();
         report["total_ms"] = json!(started.elapsed().as_secs_f64() * 1e3);
 
         let path = |suffix: &str| self.batch.out.join(format!("{}{suffix}", job.stem));
         let json_bytes = serde_json::to_vec_pretty(&report).expect("a JSON value serialises");
         let mut outputs = vec![(path(".glb"), glb), (path(".json"), json_bytes)];
         if let Some(folder) = &self.debug_dir {
-            outputs.extend(report::stages::draw(&views, &run)?.into_iter().map(|(name, png)| (debug_path(folder, &job.stem, name), png)));
+            outputs.extend(
+                report::stages::draw(&views, &run)?.into_iter().map(|(name, png)| (debug_path(folder, &job.stem, &name), png)),
+            );
         }
         files::write_all(&outputs)?;
         Ok(Done { outputs: outputs.into_iter().map(|o| o.0).collect(), warnings: run.warnings, report })
@@ -157,10 +162,11 @@ impl Settings {
             "height_is_given": self.height_is_given,
             "parameters": {
                 "decode": self.decode, "segment": self.params.segment, "silhouette": self.params.silhouette, "crown": self.params.crown,
-                "exemplar": self.params.exemplar, "texture": self.params.texture, "size": self.params.size,
+                "exemplar": self.params.exemplar, "texture": self.params.texture, "bake": self.params.bake, "size": self.params.size,
             },
             "hints": {"rect": self.hints.rect, "include": self.hints.include, "exclude": self.hints.exclude, "mask": self.hints.mask.is_some(), "hue_deg": self.hints.hue_deg},
-            "counts": run.counts(glb_bytes),
+            "glb_bytes": glb_bytes,
+            "counts": run.counts(),
             "measures": run.measures(),
             "warnings": run.warnings,
         })
@@ -172,7 +178,8 @@ fn jobs(matches: &ArgMatches) -> Result<(Vec<Job>, Vec<f64>)> {
     let Some(views) = matches.get_many::<String>("views") else {
         return Ok((batch::jobs_of(matches.get_many::<PathBuf>("photos").unwrap_or_default()), vec![0.0]));
     };
-    let (photos, azimuths): (Vec<PathBuf>, Vec<f64>) = views.map(|text| view(text)).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    let (photos, azimuths): (Vec<PathBuf>, Vec<f64>) =
+        views.map(|text| view(text)).collect::<Result<Vec<_>>>()?.into_iter().unzip();
     Ok((vec![Job { stem: batch::stem_of(&photos[0]), photos }], azimuths))
 }
 

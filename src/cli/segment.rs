@@ -15,9 +15,23 @@ use super::{Outcome, hints, options};
 /// The command's arguments.
 pub fn command() -> Command {
     let command = Command::new("segment")
-        .about("Cut the crown out of photographs: <stem>.mask.png (crown) and <stem>.tree.png (crown and trunk), 0 or 255 per pixel")
-        .arg(Arg::new("photos").value_name("PHOTO").required(true).num_args(1..).value_parser(value_parser!(PathBuf)).help("Photographs of one tree each: JPEG, PNG, WebP, TIFF or BMP"))
-        .arg(Arg::new("pixels").long("pixels").action(ArgAction::SetTrue).help("Also write <stem>.pixels.png, the upright 8-bit pixels that were segmented"));
+        .about(
+            "Cut the crown out of photographs: <stem>.mask.png (crown) and <stem>.tree.png (crown and trunk), 0 or 255 per pixel",
+        )
+        .arg(
+            Arg::new("photos")
+                .value_name("PHOTO")
+                .required(true)
+                .num_args(1..)
+                .value_parser(value_parser!(PathBuf))
+                .help("Photographs of one tree each: JPEG, PNG, WebP, TIFF or BMP"),
+        )
+        .arg(
+            Arg::new("pixels")
+                .long("pixels")
+                .action(ArgAction::SetTrue)
+                .help("Also write <stem>.pixels.png, the upright 8-bit pixels that were segmented"),
+        );
     let command = hints::add(batch::add(command));
     let command = options::add::<SegmentParams>(command, "Segmentation (She §3.1, fig. 7)");
     options::add::<DecodeParams>(command, "Decoding")
@@ -42,14 +56,22 @@ pub fn run(matches: &ArgMatches) -> Outcome {
 /// A rectangle, a point or a mask is about one picture.
 pub fn refuse_hints_for_many(matches: &ArgMatches, photos: usize) -> Result<()> {
     match hints::for_one_photo(matches) {
-        Some(name) if photos > 1 => {
-            Err(Error::Usage { what: format!("--{name} describes one picture, but {photos} photographs were given"), remedy: "run them one at a time" })
-        }
+        Some(name) if photos > 1 => Err(Error::Usage {
+            what: format!("--{name} describes one picture, but {photos} photographs were given"),
+            remedy: "run them one at a time",
+        }),
         _ => Ok(()),
     }
 }
 
-fn one(job: &Job, batch: &Batch, params: &SegmentParams, decode_params: &DecodeParams, hints: &Hints, pixels: bool) -> Result<Done> {
+fn one(
+    job: &Job,
+    batch: &Batch,
+    params: &SegmentParams,
+    decode_params: &DecodeParams,
+    hints: &Hints,
+    pixels: bool,
+) -> Result<Done> {
     let photo = decode::decode(&job.photos[0], decode_params)?;
     let segmentation = segment::segment(&photo, params, hints)?;
     let report = json!({
@@ -62,7 +84,8 @@ fn one(job: &Job, batch: &Batch, params: &SegmentParams, decode_params: &DecodeP
         "warnings": segmentation.warnings,
     });
     let path = |suffix: &str| batch.out.join(format!("{}{suffix}", job.stem));
-    let mut outputs = vec![(path(".mask.png"), png(&segmentation.crown.to_gray())?), (path(".tree.png"), png(&segmentation.tree.to_gray())?)];
+    let mut outputs =
+        vec![(path(".mask.png"), png(&segmentation.crown.to_gray())?), (path(".tree.png"), png(&segmentation.tree.to_gray())?)];
     if pixels {
         outputs.push((path(".pixels.png"), png(&photo.image)?));
     }

@@ -2,16 +2,17 @@
 
 use std::time::Instant;
 
+use glam::{DVec2, Vec3};
 use serde::Serialize;
 
 use crate::crown::{self, Crown, CrownParams, Outline};
 use crate::photo::segment::segment;
 use crate::photo::{Exemplar, ExemplarParams, Hints, Photo, SegmentParams, Segmentation, Silhouette, SilhouetteParams, TrunkCues};
 use crate::photo::{exemplar, silhouette, trunk};
-use crate::texture::{self, Atlas, Front, SynthParams};
-use crate::{Result, Seed, Warning};
+use crate::texture::{self, Atlas, BakeParams, Front, SynthParams, texels_per_m};
+use crate::{Error, Result, Seed, Warning};
 
-use super::{About, ModelCrown, TreeModel, Trunk};
+use super::{About, ModelCrown, Profile, TreeModel, TrunkShape};
 
 crate::params! {
     /// The tree's size.
@@ -32,8 +33,10 @@ pub struct ModelParams {
     pub crown: CrownParams,
     /// The square of foliage.
     pub exemplar: ExemplarParams,
-    /// Texture synthesis and baking.
+    /// Texture synthesis.
     pub texture: SynthParams,
+    /// Atlas.
+    pub bake: BakeParams,
     /// Real-world size.
     pub size: SizeParams,
 }
@@ -59,7 +62,7 @@ pub struct ViewProducts {
     /// Trunk, where visible.
     pub trunk: Option<TrunkCues>,
     /// Where the tree stands: the origin of object space, pixels.
-    pub foot_px: glam::DVec2,
+    pub foot_px: DVec2,
     /// Scale of the picture.
     pub metres_per_px: f64,
 }
@@ -73,10 +76,12 @@ pub struct ModelRun {
     pub views: Vec<ViewProducts>,
     /// Surfaces with their point clouds.
     pub crowns: Vec<Crown>,
-    /// The square of foliage.
-    pub exemplar: Exemplar,
+    /// The square of foliage, per crown at the density of its atlas.
+    pub exemplars: Vec<Exemplar>,
     /// One baked texture per crown, with the figures of its seams.
     pub atlases: Vec<Atlas>,
+    /// How each crown's polygons came by their texture.
+    pub texture_counts: Vec<texture::Counts>,
     /// Milliseconds per stage, in order.
     pub stages_ms: Vec<(&'static str, f64)>,
     /// What the user should know.
@@ -94,8 +99,8 @@ pub struct Request<'a> {
     pub height_is_given: bool,
     /// Of every random choice.
     pub seed: Seed,
-    /// Name of the first photograph's file, kept in the model.
-    pub source: String,
+    /// File names of the photographs, kept in the model.
+    pub sources: Vec<String>,
 }
 
 /// The stages that [`run`] announces, and the writing that follows it.
@@ -107,51 +112,206 @@ pub const STAGES: [&str; 6] = ["segment", "silhouette", "crown", "exemplar", "te
 /// Those of the stages; nothing is written here.
 pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
     let Request { views, params, seed, .. } = *request;
-    let mut clock = Clock { started: Instant::now(), stages_ms: Vec::new(), step };
-    let mut warnings = Vec::new();
+    let mut clock = Clock { stage_began: Instant::now(), stages_ms: Vec::new(), step };
 
     let segmentations: Vec<Segmentation> =
         views.iter().map(|view| segment(&view.photo, &params.segment, &view.hints)).collect::<Result<_>>()?;
     clock.done(STAGES[0]);
 
-    let products: Vec<ViewProducts> = views
-        .iter()
-        .zip(segmentations)
-        .map(|(view, segmentation)| ViewProducts::of(&view.photo, segmentation, params))
-        .collect::<Result<_>>()?;
-    for product in &products {
-        warnings.extend(product.segmentation.warnings.iter().cloned());
-    }
-    if !request.height_is_given {
-        warnings.push(Warning::new("height-guessed", format!("the tree's height is a guess of {} m; give it with --height-m", params.size.height_m)));
-    }
-    let outlines: Vec<Outline> = products
-        .iter()
-        .zip(views)
-        .map(|(p, view)| Outline::from_silhouette(&p.silhouette, p.foot_px, p.metres_per_px, view.azimuth_rad))
-        .collect();
+    let products: Vec<ViewProducts> =
+        views.iter().zip(segmentations).map(|(view, masks)| ViewProducts::of(&view.photo, masks, params)).collect::<Result<_>>()?;
+    let outlines: Vec<Outline> = products.iter().zip(views).map(|(product, view)| product.outline(view.azimuth_rad)).collect();
     clock.done(STAGES[1]);
 
     let crowns = crown::build(&outlines, &params.crown, seed)?;
     clock.done(STAGES[2]);
 
-    let (first, photo) = (&products[0], &views[0].photo);
+    let Some((first, photo)) = products.first().zip(views.first().map(|view| &view.photo)) else {
+        return Err(Error::Internal { stage: "pipeline", what: "a request without photographs".to_owned() });
+    };
+    let bakes = texture::shares(crowns.iter().map(|crown| &crown.mesh), &params.bake);
     let masks = &first.segmentation;
-    let texels_per_m = texture::texels_per_m(&crowns, &params.texture);
-    let exemplar = exemplar::choose(photo, &masks.crown, &masks.gaps, &params.exemplar, texels_per_m * first.metres_per_px)?;
+    let densities: Vec<f64> =
+        crowns.iter().zip(&bakes).map(|(crown, bake)| texels_per_m(&crown.mesh, bake)).collect::<Result<_>>()?;
+    let exemplars: Vec<Exemplar> = densities
+        .iter()
+        .map(|density| exemplar::choose(photo, &masks.crown, &masks.gaps, density * first.metres_per_px, &params.exemplar))
+        .collect::<Result<_>>()?;
     clock.done(STAGES[3]);
 
-    let front = Front { image: &photo.image, crown: &masks.crown, gaps: &masks.gaps, foot_px: first.foot_px, metres_per_px: first.metres_per_px };
-    let atlases: Vec<Atlas> = crowns
-        .iter()
-        .map(|crown| texture::cover(&crown.mesh, crown.center, &exemplar, texels_per_m, &front, &params.texture, seed))
-        .collect::<Result<_>>()?;
+    let front = first.front(photo, params);
+    let mut atlases = Vec::new();
+    let mut counts = Vec::new();
+    for (((crown, exemplar), &density), bake) in crowns.iter().zip(&exemplars).zip(&densities).zip(&bakes) {
+        let blocks = texture::synthesize(&crown.mesh, exemplar, density, Some(&front), &params.texture, seed)?;
+        atlases.push(texture::bake(&crown.mesh, crown.center, &blocks, exemplar, bake)?);
+        counts.push(blocks.counts);
+    }
     clock.done(STAGES[4]);
 
     let model = TreeModel {
         crowns: crowns.iter().zip(&atlases).map(|(crown, atlas)| ModelCrown::new(crown, atlas)).collect(),
-        trunk: Some(Trunk::build(first.trunk.as_ref(), first.foot_px, first.metres_per_px, &crowns, params.size.height_m)?),
-        about: About::of(request, first, &exemplar)?,
+        trunk: Some(first.trunk_shape(&crowns, params.size.height_m).build()),
+        about: about(request, &products, &exemplars),
     };
-    Ok(ModelRun { model, views: products, crowns, exemplar, atlases, stages_ms: clock.stages_ms, warnings })
+    let warnings = warnings(request, &products);
+    Ok(ModelRun {
+        model,
+        views: products,
+        crowns,
+        exemplars,
+        atlases,
+        texture_counts: counts,
+        stages_ms: clock.stages_ms,
+        warnings,
+    })
+}
+
+/// Times the stages and announces them.
+struct Clock<'a> {
+    stage_began: Instant,
+    stages_ms: Vec<(&'static str, f64)>,
+    step: &'a dyn Fn(&str),
+}
+
+impl Clock<'_> {
+    fn done(&mut self, stage: &'static str) {
+        self.stages_ms.push((stage, self.stage_began.elapsed().as_secs_f64() * 1e3));
+        self.stage_began = Instant::now();
+        (self.step)(stage);
+    }
+}
+
+impl ViewProducts {
+    fn of(photo: &Photo, segmentation: Segmentation, params: &ModelParams) -> Result<Self> {
+        let silhouette = silhouette::trace(&segmentation.crown, &segmentation.tree, &params.silhouette)?;
+        let trunk = trunk::find(&photo.image, &segmentation.crown, &segmentation.tree);
+        let (top, bottom) = silhouette.contour.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.y), b.max(p.y)));
+        // Where no trunk shows, the crown reaches the ground.
+        let foot_px = trunk.map_or(DVec2::new(silhouette.axis.base.x, bottom), |trunk| trunk.foot_px);
+        let metres_per_px = params.size.height_m / (foot_px.y - top).max(1.0);
+        Ok(Self { segmentation, silhouette, trunk, foot_px, metres_per_px })
+    }
+
+    fn outline(&self, azimuth_rad: f64) -> Outline {
+        Outline::from_silhouette(&self.silhouette, self.foot_px, self.metres_per_px, azimuth_rad)
+    }
+
+    /// Where a point of object space lies in the photograph, seen along −Z.
+    pub fn to_photo(&self, point: Vec3) -> DVec2 {
+        self.foot_px + DVec2::new(f64::from(point.x), -f64::from(point.y)) / self.metres_per_px
+    }
+
+    fn front<'a>(&'a self, photo: &'a Photo, params: &ModelParams) -> Front<'a> {
+        Front {
+            image: &photo.image,
+            crown: &self.segmentation.crown,
+            gaps: &self.segmentation.gaps,
+            metres_per_px: self.metres_per_px,
+            foot_px: self.foot_px,
+            delight: params.exemplar.delight,
+        }
+    }
+
+    /// The trunk as seen, or a likely one below the largest crown.
+    fn trunk_shape(&self, crowns: &[Crown], height_m: f64) -> TrunkShape {
+        let center = crowns.first().map_or(Vec3::ZERO, |crown| crown.center);
+        match &self.trunk {
+            Some(cues) => TrunkShape::seen(cues, self.metres_per_px, center),
+            None => {
+                let base = (self.silhouette.axis.base - self.foot_px) * self.metres_per_px;
+                TrunkShape::guessed(Vec3::new(base.x as f32, -base.y as f32, 0.0), center, height_m)
+            }
+        }
+    }
+
+    /// The part of the crown that shows the sky.
+    fn gap_fraction(&self) -> f64 {
+        self.segmentation.gaps.count() as f64 / self.segmentation.crown.count().max(1) as f64
+    }
+}
+
+fn warnings(request: &Request, products: &[ViewProducts]) -> Vec<Warning> {
+    let mut warnings: Vec<Warning> = products.iter().flat_map(|p| p.segmentation.warnings.clone()).collect();
+    if !request.height_is_given {
+        let message = format!("the tree's height is a guess of {} m; give it with --height-m", request.params.size.height_m);
+        warnings.push(Warning::new("height-guessed", message));
+    }
+    if products.first().is_some_and(|p| p.trunk.is_none()) {
+        warnings.push(Warning::new(
+            "no-trunk-seen",
+            "no trunk shows below the crown; the model gets a likely one and stands on its lowest leaves",
+        ));
+    }
+    warnings
+}
+
+fn about(request: &Request, products: &[ViewProducts], exemplars: &[Exemplar]) -> About {
+    let parameters = serde_json::to_value(request.params).ok().and_then(|value| value.as_object().cloned());
+    let profile = |(product, view): (&ViewProducts, &View)| Profile {
+        azimuth_deg: view.azimuth_rad.to_degrees(),
+        left_px: product.silhouette.left.clone(),
+        right_px: product.silhouette.right.clone(),
+    };
+    About {
+        format: About::FORMAT,
+        program: About::this_program(),
+        seed: request.seed.0,
+        sources: request.sources.clone(),
+        height_m: request.params.size.height_m,
+        height_guessed: !request.height_is_given,
+        parameters: parameters.unwrap_or_default(),
+        profiles: products.iter().zip(request.views).map(profile).collect(),
+        exemplar_window_px: exemplars.first().map(|e| e.window_px),
+        gap_fraction: products.first().map_or(0.0, ViewProducts::gap_fraction),
+    }
+}
+
+impl ModelCrown {
+    fn new(crown: &Crown, atlas: &Atlas) -> Self {
+        Self {
+            surface: atlas.surface.clone(),
+            texture: atlas.image.clone(),
+            center: crown.center,
+            feature_points: crown.cloud.clone(),
+        }
+    }
+}
+
+impl ModelRun {
+    /// What the model consists of, for the report.
+    pub fn counts(&self) -> serde_json::Value {
+        let crown = |(crown, texture): (&ModelCrown, &texture::Counts)| {
+            let mesh = &crown.surface.mesh;
+            serde_json::json!({
+                "triangles": mesh.triangles.len(), "quads": mesh.quads.len(), "vertices": mesh.positions.len(),
+                "texture_px": [crown.texture.width(), crown.texture.height()], "polygons_by_constraint_value": texture,
+            })
+        };
+        let trunk = self
+            .model
+            .trunk
+            .as_ref()
+            .map(|t| serde_json::json!({"triangles": t.surface.mesh.triangles.len(), "quads": t.surface.mesh.quads.len()}));
+        serde_json::json!({
+            "crowns": self.model.crowns.iter().zip(&self.texture_counts).map(crown).collect::<Vec<_>>(),
+            "trunk": trunk,
+            "contour_points": self.views.iter().map(|v| v.silhouette.contour.len()).collect::<Vec<_>>(),
+            "feature_points": self.views.iter().map(|v| v.silhouette.left.len() + v.silhouette.right.len()).collect::<Vec<_>>(),
+        })
+    }
+
+    /// What was measured on the way, for the report.
+    pub fn measures(&self) -> serde_json::Value {
+        serde_json::json!({
+            "hue_deg": self.views.iter().map(|v| v.segmentation.hue_deg).collect::<Vec<_>>(),
+            "crown_px": self.views.iter().map(|v| v.segmentation.crown.count()).collect::<Vec<_>>(),
+            "gap_fraction": self.views.iter().map(ViewProducts::gap_fraction).collect::<Vec<_>>(),
+            "metres_per_px": self.views.iter().map(|v| v.metres_per_px).collect::<Vec<_>>(),
+            "exemplar_window_px": self.exemplars.first().map(|e| e.window_px),
+            "seam_contrast_before": self.atlases.iter().map(|a| a.seam_before).collect::<Vec<_>>(),
+            "seam_contrast": self.atlases.iter().map(|a| a.seam_after).collect::<Vec<_>>(),
+            "texel_contrast": self.atlases.iter().map(|a| a.contrast).collect::<Vec<_>>(),
+        })
+    }
 }

@@ -41,12 +41,12 @@ const MAX_SIDE: f64 = 512.0;
 /// `gaps` are the sky gaps inside the crown; they become alpha 0 with foliage colours bled in. The mean colour is the crown's.
 ///
 /// # Errors
-/// [`Error::NoFoliage`] when the crown without its gaps has fewer than four pixels or the masks are not of the photograph's size;
+/// [`Error::Exemplar`] when the crown without its gaps has fewer than four pixels or the masks are not of the photograph's size;
 /// [`Error::Parameter`] for a scale that is not positive.
 pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, params: &ExemplarParams) -> Result<Exemplar> {
     let size = photo.image.dimensions();
     if [crown, gaps].iter().any(|m| (m.width(), m.height()) != size) {
-        return Err(Error::NoFoliage { found: "a mask of another size than the photograph".into() });
+        return Err(Error::Exemplar { found: "a mask of another size than the photograph".into() });
     }
     if !(texels_per_px.is_finite() && texels_per_px > 0.0) {
         let expected = "a positive number of texels".into();
@@ -54,7 +54,7 @@ pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, para
     }
     let foliage_px = crown.as_raw().iter().zip(gaps.as_raw()).filter(|(c, g)| **c != 0 && **g == 0).count();
     let reduced = ReducedCrown::of(&photo.image, crown, gaps).filter(|_| foliage_px >= 4);
-    let Some(reduced) = reduced else { return Err(Error::NoFoliage { found: format!("{foliage_px} pixels of it") }) };
+    let Some(reduced) = reduced else { return Err(Error::Exemplar { found: format!("{foliage_px} pixels of it") }) };
     let shading = Shading::of(&reduced, params.delight);
     let window_px = exemplar_window::find(&reduced, &shading, size);
     let side = (f64::from(window_px.width) * texels_per_px).round().clamp(8.0, MAX_SIDE);

@@ -9,7 +9,7 @@ use crate::Result;
 use crate::geom::{Bounds, Surface};
 use crate::model::TreeModel;
 use crate::model::pipeline::ModelRun;
-use crate::raster::{Light, Material, View, render};
+use crate::raster::{Light, Material, View, render, to_linear};
 
 use super::draw;
 
@@ -25,7 +25,8 @@ const BACKGROUND: [u8; 3] = [225, 233, 240];
 /// Those of the rasteriser.
 pub fn row(photo: &RgbImage, run: &ModelRun, height_px: u32) -> Result<RgbImage> {
     let masked = draw::over_photo(photo, &run.views[0].segmentation.crown);
-    let mut panels = vec![draw::to_height(photo, height_px), draw::to_height(&masked, height_px), untextured(&run.model, height_px)?];
+    let mut panels =
+        vec![draw::to_height(photo, height_px), draw::to_height(&masked, height_px), untextured(&run.model, height_px)?];
     for (azimuth_rad, elevation_rad) in [(0.0, 0.0), (FRAC_PI_2, 0.0), (FRAC_PI_4, FRAC_PI_4)] {
         panels.push(picture(&run.model, azimuth_rad, elevation_rad, height_px)?);
     }
@@ -37,8 +38,8 @@ pub fn row(photo: &RgbImage, run: &ModelRun, height_px: u32) -> Result<RgbImage>
 /// # Errors
 /// Those of the rasteriser.
 pub fn picture(model: &TreeModel, azimuth_rad: f32, elevation_rad: f32, size_px: u32) -> Result<RgbImage> {
-    let crowns = model.crowns.iter().map(|c| (&c.surface, Material { texture: Some(&c.texture), two_sided: true, ..Material::default() }));
-    let trunk = model.trunk.iter().map(|t| (&t.surface, Material { factor: t.bark_linear(), ..Material::default() }));
+    let crowns = model.crowns.iter().map(|c| (&c.surface, Material { texture: Some(&c.texture), ..Material::default() }));
+    let trunk = model.trunk.iter().map(|t| (&t.surface, Material { factor: bark(t.bark), ..Material::default() }));
     let surfaces: Vec<(&Surface, Material)> = crowns.chain(trunk).collect();
     let view = View::around(&bounds(model), azimuth_rad, elevation_rad, size_px, size_px);
     Ok(without_alpha(render(&surfaces, &view, Some(&LIGHT))?.over(BACKGROUND)))
@@ -53,6 +54,12 @@ fn untextured(model: &TreeModel, size_px: u32) -> Result<RgbImage> {
     let light = Light { toward_sun: Vec3::new(-1.0, 0.5, 0.5), ambient: 0.2 };
     let view = View::around(&bounds(model), 0.0, 0.0, size_px, size_px);
     Ok(without_alpha(render(&surfaces, &view, Some(&light))?.over(BACKGROUND)))
+}
+
+/// A bark colour in linear light.
+fn bark(srgb: [u8; 3]) -> [f32; 4] {
+    let [r, g, b] = srgb.map(to_linear);
+    [r, g, b, 1.0]
 }
 
 fn bounds(model: &TreeModel) -> Bounds {

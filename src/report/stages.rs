@@ -114,8 +114,8 @@ fn wireframe(panel: &mut RgbImage, mesh: &PolyMesh, towards: Vec3, place: impl F
 /// Where the exemplar was cut, and the exemplar enlarged.
 fn exemplar(photo: &RgbImage, run: &ModelRun) -> RgbImage {
     let mut framed = photo.clone();
-    draw::frame(&mut framed, run.exemplar.window_px, draw::OUTLINE);
-    let square = DynamicImage::ImageRgba8(run.exemplar.image.clone()).into_rgb8();
+    draw::frame(&mut framed, run.exemplars[0].window_px, draw::OUTLINE);
+    let square = DynamicImage::ImageRgba8(run.exemplars[0].image.clone()).into_rgb8();
     draw::side_by_side(&[draw::to_height(&framed, PANEL_PX), draw::to_height(&square, PANEL_PX)], 8)
 }
 
@@ -125,7 +125,7 @@ fn textures(run: &ModelRun) -> RgbImage {
         .atlases
         .iter()
         .map(|atlas| {
-            let panels = [&atlas.before, &atlas.image].map(|image| DynamicImage::ImageRgba8(image.clone()).into_rgb8());
+            let panels = [&atlas.image].map(|image| DynamicImage::ImageRgba8(image.clone()).into_rgb8());
             draw::side_by_side(&panels, 8)
         })
         .collect();

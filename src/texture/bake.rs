@@ -57,6 +57,23 @@ pub fn texels_per_m(mesh: &PolyMesh, params: &BakeParams) -> Result<f64> {
     Ok(0.95 * f64::from(params.texture_size) / area.sqrt())
 }
 
+/// The bake parameters of each crown of one tree: the crowns share about the texels of one atlas by their surface areas, so that a tree of
+/// many lobes is no larger than one of a single crown. Ours; a single crown keeps the whole atlas.
+pub fn shares<'a>(meshes: impl Iterator<Item = &'a PolyMesh>, params: &BakeParams) -> Vec<BakeParams> {
+    let areas: Vec<f64> = meshes.map(|mesh| FlatMesh::of(mesh).map_or(0.0, |flat| flat.area)).collect();
+    let total: f64 = areas.iter().sum();
+    let side = |area: f64| {
+        let even = f64::from(params.texture_size) * (area / total).sqrt();
+        // Rounded to a power of two, rather down: two equal crowns get half the side each.
+        2u32.pow((even.max(64.0).log2() + 0.4).floor() as u32).clamp(64, params.texture_size.max(64))
+    };
+    let alone = areas.len() == 1 || !(total > 0.0);
+    areas
+        .iter()
+        .map(|&area| if alone { params.clone() } else { BakeParams { texture_size: side(area), ..params.clone() } })
+        .collect()
+}
+
 fn check_size(params: &BakeParams) -> Result<()> {
     if params.texture_size.is_power_of_two() && (64..=4096).contains(&params.texture_size) {
         return Ok(());

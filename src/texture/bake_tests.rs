@@ -86,7 +86,7 @@ fn odd_inputs_are_refused_or_survived() {
     assert!(matches!(synthesize(&PolyMesh::default(), &exemplar, 5.0, None, &synth, Seed(1)), Err(Error::Untexturable { .. })));
     let mut broken = lumpy_ball(4, 1.0);
     assert!(synthesize(&broken, &exemplar, f64::NAN, None, &synth, Seed(1)).is_err());
-    assert!(matches!(synthesize(&broken, &leafy(1), 5.0, None, &synth, Seed(1)), Err(Error::NoFoliage { .. })));
+    assert!(matches!(synthesize(&broken, &leafy(1), 5.0, None, &synth, Seed(1)), Err(Error::Exemplar { .. })));
     // Far more texels per polygon than the exemplar has, an octahedron, a centre outside.
     atlas_of(&lumpy_ball(2, 1.0), 128, 3);
     let texture = synthesize(&broken, &exemplar, 1e6, None, &synth, Seed(1)).unwrap();

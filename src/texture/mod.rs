@@ -14,6 +14,6 @@ mod synth;
 #[cfg(test)]
 mod test_shapes;
 
-pub use bake::{Atlas, BakeParams, bake, texels_per_m};
+pub use bake::{Atlas, BakeParams, bake, shares, texels_per_m};
 pub use front::Front;
 pub use synth::{Block, BlockSource, Counts, FrontChoice, SynthParams, VirtualTexture, synthesize};

@@ -95,7 +95,7 @@ const ASIDE: f32 = 1.0;
 /// `front` is used when `params.front` says so. Same mesh, exemplar and seed give the same blocks.
 ///
 /// # Errors
-/// [`Error::Untexturable`] for a mesh without area or with broken polygons, [`Error::NoFoliage`] for an empty exemplar,
+/// [`Error::Untexturable`] for a mesh without area or with broken polygons, [`Error::Exemplar`] for an empty exemplar,
 /// [`Error::Parameter`] for a density that is not positive.
 pub fn synthesize(
     mesh: &PolyMesh,
@@ -106,7 +106,7 @@ pub fn synthesize(
     seed: Seed,
 ) -> Result<VirtualTexture> {
     if exemplar.image.width() < 2 || exemplar.image.height() < 2 {
-        return Err(Error::NoFoliage { found: "an exemplar of less than 2×2 texels".into() });
+        return Err(Error::Exemplar { found: "an exemplar of less than 2×2 texels".into() });
     }
     if !(texels_per_m.is_finite() && texels_per_m > 0.0) {
         let expected = "a positive number".into();

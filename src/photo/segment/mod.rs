@@ -1,7 +1,15 @@
 //! Segmentation: which pixels are the crown (She §3.1, fig. 7).
 
-use crate::Warning;
 use crate::raster::{Mask, Rect};
+use crate::{Error, Result, Warning};
+
+use super::Photo;
+use bits::Bits;
+
+mod bits;
+mod hsv;
+
+pub use hsv::{hue_deg, hue_name};
 
 crate::choices! {
     /// How the crown is told from the rest.
@@ -18,6 +26,10 @@ crate::params! {
     pub struct SegmentParams {
         /// How the crown is told from the rest.
         method: Method = Method::Auto, unit "", source "ours: She's fixed hue range fails on most real foliage";
+        /// Method hsv: radius of the opening that removes specks of foliage colour.
+        opening_px: u32 = 2, in 0..=200, unit "px", source "ours: She §3.1 opens, but names no radius";
+        /// Method hsv: radius of the closing that bridges gaps between leaves.
+        closing_px: u32 = 4, in 0..=200, unit "px", source "ours: She §3.1 closes, but names no radius";
     }
 }
 
@@ -36,6 +48,37 @@ pub struct Hints {
     pub hue_deg: Option<(f64, f64)>,
 }
 
+impl Hints {
+    /// Checks every hint against a picture of the given size.
+    fn validate(&self, width: u32, height: u32) -> Result<()> {
+        let refuse = |flag, expected: String, found: String| Err(Error::Hint { flag, expected, found });
+        if let Some((low, high)) = self.hue_deg
+            && !(0.0 <= low && low <= high && high <= 360.0)
+        {
+            return refuse("--hue", "LO..HI with 0 ≤ LO ≤ HI ≤ 360 degrees".into(), format!("{low}..{high}"));
+        }
+        if let Some(r) = self.rect {
+            let fits = |start: u32, length: u32, size: u32| length > 0 && u64::from(start) + u64::from(length) <= u64::from(size);
+            if !fits(r.x, r.width, width) || !fits(r.y, r.height, height) {
+                let found = format!("{},{},{},{}", r.x, r.y, r.width, r.height);
+                return refuse("--rect", format!("X,Y,W,H, not empty and inside the picture of {width}×{height} pixels"), found);
+            }
+        }
+        for (flag, points) in [("--include", &self.include), ("--exclude", &self.exclude)] {
+            if let Some((x, y)) = points.iter().find(|(x, y)| *x >= width || *y >= height) {
+                return refuse(flag, format!("inside the picture of {width}×{height} pixels"), format!("{x},{y}"));
+            }
+        }
+        match &self.mask {
+            Some(m) if (m.width(), m.height()) != (width, height) => {
+                Err(Error::MaskSize { what: "mask", expected: (width, height), found: (m.width(), m.height()) })
+            }
+            Some(m) if m.count() == 0 => refuse("--mask", "a picture of the crown, white on black".into(), "empty".into()),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// The pixels of one tree.
 #[derive(Debug, Clone)]
 pub struct Segmentation {
@@ -51,4 +94,25 @@ pub struct Segmentation {
     pub hue_deg: (f64, f64),
     /// What the user should know.
     pub warnings: Vec<Warning>,
+}
+
+/// Fewest rows and columns that can hold a crown.
+const SMALLEST_PX: u32 = 16;
+
+/// Finds the crown.
+///
+/// # Errors
+/// [`Error::Parameter`], [`Error::Hint`] and [`Error::MaskSize`] for what the user got wrong; [`Error::PictureTooSmall`],
+/// [`Error::NothingToSee`], [`Error::NoFoliage`] and [`Error::Leafless`] for photographs without a crown.
+pub fn segment(photo: &Photo, params: &SegmentParams, hints: &Hints) -> Result<Segmentation> {
+    crate::params::ParamSet::validate(params)?;
+    let (width, height) = photo.image.dimensions();
+    if width < SMALLEST_PX || height < SMALLEST_PX {
+        return Err(Error::PictureTooSmall { width, height });
+    }
+    hints.validate(width, height)?;
+    let range = hints.hue_deg.unwrap_or(hsv::HUE_OF_SHE_DEG);
+    let steps = hsv::segment(&photo.image, range, params.opening_px, params.closing_px);
+    let crown = steps.crown.to_mask();
+    Ok(Segmentation { tree: crown.clone(), gaps: Mask::new(width, height), crown, steps: vec![], hue_deg: range, warnings: vec![] })
 }
