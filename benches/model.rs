@@ -99,10 +99,11 @@ fn texture_synthesis(c: &mut Criterion) {
             texture::bake(&crown.mesh, crown.center, &blocks, exemplar, &params.bake).expect("an atlas")
         });
     });
+    let png = sphereboard::raster::png(&exemplar.image).expect("an exemplar encodes");
     group.bench_function("crate-texture-synthesis", |b| {
         b.iter(|| {
             let session = texture_synthesis::Session::builder()
-                .add_example(texture_synthesis::Example::new(image::DynamicImage::ImageRgba8(exemplar.image.clone())))
+                .add_example(texture_synthesis::Example::new(texture_synthesis::ImageSource::Memory(&png)))
                 .output_size(texture_synthesis::Dims::square(params.bake.texture_size));
             session.build().expect("a session").run(None)
         });

@@ -8,7 +8,7 @@ use crate::geom::{Edges, PolyMesh};
 use crate::model::pipeline::{ModelRun, View, ViewProducts};
 use crate::raster::png;
 
-use super::draw;
+use super::{draw, sheet};
 
 /// Height of every drawn panel, pixels.
 const PANEL_PX: u32 = 640;
@@ -29,6 +29,7 @@ pub fn draw(views: &[View], run: &ModelRun) -> Result<Vec<(String, Vec<u8>)>> {
     pictures.push(("4-mesh".to_owned(), meshes(photo, products, run)));
     pictures.push(("5-exemplar".to_owned(), exemplar(photo, run)));
     pictures.push(("6-texture".to_owned(), textures(run)));
+    pictures.push(("7-model".to_owned(), sheet::row(photo, run, PANEL_PX / 2)?));
     pictures.into_iter().map(|(name, picture)| Ok((name, png(&picture)?))).collect()
 }
 
