@@ -16,11 +16,11 @@ const CELL_ASPECT: f64 = 1.5;
 /// A ring has half the columns of the next where they would stand closer than this, as a fraction of their widest distance.
 const CROWDED: f64 = 0.62;
 /// How far around the axis a side's own twigs reach, radians; beyond, the profile is the smoothed one.
-const TWIG_REACH: f64 = 0.45;
+const TWIG_REACH: f64 = 0.2;
 /// Farthest a feature point may stand off the mean of its ring's sector, as a fraction of the distance between rings.
 const SPIKE: f64 = 0.5;
 /// Standard deviation of that smoothing, as a fraction of the profile's length.
-const SMOOTHING: f64 = 0.05;
+const SMOOTHING: f64 = 0.08;
 
 /// The points of a crown and how they hang together.
 pub(super) struct Cloud {
@@ -96,8 +96,10 @@ pub(super) fn cloud(hull: &Hull, polygons: usize, params: &CrownParams) -> Cloud
             let along = (outward * du + hull.axis * dh).normalize_or(hull.axis);
             let around = hull.axis.cross(outward);
             let normal = around.cross(along);
+            // How far it is along the normal to the axis: the tip of a cone is thin, however far from the centre.
+            let thickness = across[ring] / normal.dot(outward).abs().max(1e-6);
             let semi_axes = [
-                normal * radial * radius,
+                normal * radial * thickness.min(radius),
                 along * params.edfp_along * layout.spacing_m,
                 around * params.edfp_around * (TAU * across[ring] / columns as f64),
             ];
@@ -130,7 +132,9 @@ impl Cloud {
             // Scaled to the ellipsoid's depth here, so that the sum stays inside.
             let depth = (1.0 - p.y * p.y - p.z * p.z).sqrt();
             let clump = smooth_noise(seed, crown as u64, self.points[i] / clump_m) * depth;
-            axes[0] * (clump + (p.x - clump) * (1.0 - params.edfp_clump)) + axes[1] * p.y + axes[2] * p.z
+            // A point's own part is no deeper than it is wide, lest fine surfaces crumple into needles.
+            let own = p.x * (axes[1].length() / axes[0].length().max(1e-12)).min(1.0);
+            axes[0] * (clump + (own - clump) * (1.0 - params.edfp_clump)) + axes[1] * p.y + axes[2] * p.z
         };
         self.edfp.iter().enumerate().map(displacement).collect()
     }
@@ -246,8 +250,12 @@ fn marks(profile: &Profile, rings: usize) -> Vec<Mark> {
         marks.push(Mark { elevation, exact, smooth: exact });
     }
     let exact: Vec<f64> = marks.iter().map(|m| m.exact).collect();
-    let smooth = gaussian(&exact, SMOOTHING * (rings + 1) as f64);
-    marks.iter_mut().zip(smooth).for_each(|(m, s)| m.smooth = s);
+    // Smoothing what smoothing took away, too ("twicing", Tukey 1977), keeps broad shapes: a column does not swell at its middle.
+    let sigma = SMOOTHING * (rings + 1) as f64;
+    let once = gaussian(&exact, sigma);
+    let lost: Vec<f64> = exact.iter().zip(&once).map(|(e, s)| e - s).collect();
+    let smooth = once.iter().zip(gaussian(&lost, sigma)).map(|(s, l)| s + l);
+    marks.iter_mut().zip(smooth).for_each(|(m, s)| m.smooth = s.max(0.2 * m.exact));
     marks
 }
 
@@ -272,7 +280,7 @@ fn layout(profiles: &[Profile], polygons: usize) -> Layout {
             .map(|l| l.min(9) as u32)
             .collect();
         // Never under six columns, nor an odd number, which would miss the left outline; and one halving at a time.
-        let most = (0..).take_while(|&l| columns >> l >= 6 && columns % (2 << l) == 0).last().unwrap_or(0);
+        let most = (0..).take_while(|&l| columns >> l >= 6 && columns.is_multiple_of(2 << l)).last().unwrap_or(0);
         levels.iter_mut().for_each(|l| *l = (*l).min(most));
         for k in 1..rings {
             levels[k] = levels[k].min(levels[k - 1] + 1);

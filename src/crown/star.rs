@@ -12,8 +12,9 @@ use crate::raster::{Mask, fill_polygon};
 
 /// Rays around the centre in the final fit: a quarter of a degree, so that a column's ends are still several rays wide.
 const RAYS: usize = 1440;
-/// Rays while centres are compared.
-const SEARCH_RAYS: usize = 120;
+/// Rays, and cells per step, while the first candidates are compared, and while the best of them are refined.
+const COARSE: (usize, f64) = (72, 2.0);
+const FINE: (usize, f64) = (120, 1.0);
 /// Candidate centres along the longer side before refinement.
 const CANDIDATES: f64 = 14.0;
 /// What a centre loses, in areas of the outline, for standing one outline's size off the middle: breaks ties among the many centres
@@ -105,24 +106,24 @@ pub(super) fn depth(mask: &Mask) -> GrayImage {
 fn best_center_where(region: &Region, gap_cost: f64, allowed: impl Fn(DVec2) -> bool) -> DVec2 {
     let size = f64::from(region.mask.width().max(region.mask.height())) * region.cell_m;
     let (middle, area) = (region.centroid(), region.area_m2());
-    let score = |c: DVec2| {
+    let score = |c: DVec2, (rays, step): (usize, f64)| {
         if !contains(region, c) || !allowed(c) {
             return f64::NEG_INFINITY;
         }
-        let star = cast(region, c, gap_cost, SEARCH_RAYS, 1.0);
+        let star = cast(region, c, gap_cost, rays, step);
         (star.inside_m2 - gap_cost * star.outside_m2) / area - OFF_MIDDLE * ((c - middle) / size).length_squared()
     };
     let step = size / CANDIDATES;
     let span = CANDIDATES as i32;
     let grid = (-span..=span).flat_map(|y| (-span..=span).map(move |x| middle + step * DVec2::new(x.into(), y.into())));
-    let mut found: Vec<(f64, DVec2)> = grid.map(|c| (score(c), c)).filter(|f| f.0.is_finite()).collect();
+    let mut found: Vec<(f64, DVec2)> = grid.map(|c| (score(c, COARSE), c)).filter(|f| f.0.is_finite()).collect();
     if found.is_empty() {
         // A region thinner than the candidates are apart: any of its own cells will do.
-        found.extend(nearest_cell(region).map(|c| (score(c), c)));
+        found.extend(nearest_cell(region).map(|c| (0.0, c)));
     }
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
-    found.truncate(3);
-    let refined = found.into_iter().map(|start| climb(start, step, region.cell_m, &score));
+    let fine = |c: DVec2| score(c, FINE);
+    let refined = found.into_iter().take(3).map(|(_, c)| climb((fine(c), c), step, region.cell_m, &fine));
     refined.reduce(|a, b| if b.0 > a.0 { b } else { a }).map_or(middle, |best| best.1)
 }
 

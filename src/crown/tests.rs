@@ -120,7 +120,7 @@ fn awkward_shapes_become_closed_stars_that_keep_their_outline() {
     for (name, mask) in awkward() {
         let subject = Subject::new(&mask, &mask, 0.0);
         for detail in [Detail::Low, Detail::Medium, Detail::High] {
-            let crowns = build(&[subject.outline.clone()], &with_detail(detail), Seed(5))
+            let crowns = build(std::slice::from_ref(&subject.outline), &with_detail(detail), Seed(5))
                 .unwrap_or_else(|e| panic!("{name}, {detail:?}: {e}"));
             for crown in &crowns {
                 check_promises(crown).unwrap_or_else(|e| panic!("{name}, {detail:?}: {e}"));
@@ -165,7 +165,7 @@ fn the_profile_is_the_outline_left_and_right() {
     let mask =
         shape(200, 200, |x, y| if x < 100.0 { (x - 100.0).hypot(y - 100.0) < 80.0 } else { x < 150.0 && (y - 100.0).abs() < 80.0 });
     let subject = Subject::new(&mask, &mask, 0.0);
-    let crowns = build(&[subject.outline.clone()], &CrownParams::default(), Seed(1)).unwrap();
+    let crowns = build(std::slice::from_ref(&subject.outline), &CrownParams::default(), Seed(1)).unwrap();
     let (smooth, _) = subject.fidelity(&crowns);
     assert!(smooth > 0.97, "{smooth}");
     // From behind, left and right change places.
@@ -241,7 +241,7 @@ fn real_masks_keep_their_outline() {
         let Some(crown) = shared_mask(&format!("pairs/{name}_crown.png")) else { return };
         let tree = shared_mask(&format!("pairs/{name}_mask.png")).unwrap();
         let subject = Subject::new(&crown, &tree, 0.0);
-        let crowns = build(&[subject.outline.clone()], &CrownParams::default(), Seed(1)).unwrap();
+        let crowns = build(std::slice::from_ref(&subject.outline), &CrownParams::default(), Seed(1)).unwrap();
         let ((smooth, rough), bound) = (subject.fidelity(&crowns), subject.bound());
         crowns.iter().for_each(|c| check_promises(c).unwrap());
         assert!(smooth >= 0.95 * bound && rough >= 0.9 * bound, "{name}: {smooth:.3} and {rough:.3}, star {bound:.3}");
