@@ -10,15 +10,17 @@ use super::hull::Hull;
 use crate::Seed;
 
 /// Samples of a side's profile from bottom to top.
-const SAMPLES: usize = 721;
+const SAMPLES: usize = 1441;
 /// How much wider than high a cell of rings and columns is: the profile is what one sees against the sky.
-const CELL_ASPECT: f64 = 1.25;
+const CELL_ASPECT: f64 = 1.5;
 /// A ring has half the columns of the next where they would stand closer than this, as a fraction of their widest distance.
 const CROWDED: f64 = 0.62;
 /// How far around the axis a side's own twigs reach, radians; beyond, the profile is the smoothed one.
-const TWIG_REACH: f64 = 0.45;
+const TWIG_REACH: f64 = 0.2;
+/// Farthest a feature point may stand off the mean of its ring's sector, as a fraction of the distance between rings.
+const SPIKE: f64 = 0.5;
 /// Standard deviation of that smoothing, as a fraction of the profile's length.
-const SMOOTHING: f64 = 0.04;
+const SMOOTHING: f64 = 0.08;
 
 /// The points of a crown and how they hang together.
 pub(super) struct Cloud {
@@ -94,8 +96,10 @@ pub(super) fn cloud(hull: &Hull, polygons: usize, params: &CrownParams) -> Cloud
             let along = (outward * du + hull.axis * dh).normalize_or(hull.axis);
             let around = hull.axis.cross(outward);
             let normal = around.cross(along);
+            // How far it is along the normal to the axis: the tip of a cone is thin, however far from the centre.
+            let thickness = across[ring] / normal.dot(outward).abs().max(1e-6);
             let semi_axes = [
-                normal * radial * radius,
+                normal * radial * thickness.min(radius),
                 along * params.edfp_along * layout.spacing_m,
                 around * params.edfp_around * (TAU * across[ring] / columns as f64),
             ];
@@ -116,17 +120,39 @@ impl Cloud {
         self.edfp.push(edfp);
     }
 
-    /// Each point's displacement, uniform inside its EDFP; keyed by the point's index.
-    pub fn displacements(&self, seed: Seed, crown: usize) -> Vec<DVec3> {
+    /// Each point's displacement inside its EDFP; keyed by the point's index and, for the part it shares with its neighbours, by place.
+    pub fn displacements(&self, seed: Seed, crown: usize, params: &CrownParams) -> Vec<DVec3> {
+        let mean_radius = self.points.iter().map(|p| p.length()).sum::<f64>() / self.points.len() as f64;
+        let clump_m = params.edfp_clump_size * mean_radius;
         let displacement = |(i, axes): (usize, &[DVec3; 3])| {
             let mut draws = seed.keyed("edfp", ((crown as u64) << 32) | i as u64);
             let mut ball = || DVec3::new(draws.signed(), draws.signed(), draws.signed());
             // Rejection keeps a bit over half; after thirty misses the middle is fair enough.
             let p = (0..30).map(|_| ball()).find(|p| p.length_squared() <= 1.0).unwrap_or(DVec3::ZERO);
-            axes[0] * p.x + axes[1] * p.y + axes[2] * p.z
+            // Scaled to the ellipsoid's depth here, so that the sum stays inside.
+            let depth = (1.0 - p.y * p.y - p.z * p.z).sqrt();
+            let clump = smooth_noise(seed, crown as u64, self.points[i] / clump_m) * depth;
+            // A point's own part is no deeper than it is wide, lest fine surfaces crumple into needles.
+            let own = p.x * (axes[1].length() / axes[0].length().max(1e-12)).min(1.0);
+            axes[0] * (clump + (own - clump) * (1.0 - params.edfp_clump)) + axes[1] * p.y + axes[2] * p.z
         };
         self.edfp.iter().enumerate().map(displacement).collect()
     }
+}
+
+/// Noise in −1..1 that changes over a unit of length: random numbers on a lattice, blended smoothly in between.
+fn smooth_noise(seed: Seed, crown: u64, p: DVec3) -> f64 {
+    let cell = p.floor();
+    let t = p - cell;
+    let ease = t * t * (DVec3::splat(3.0) - 2.0 * t);
+    let corner = |k: u32| {
+        let offset = DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2));
+        let weight = (DVec3::ONE - offset) * (DVec3::ONE - ease) + offset * ease;
+        // 20 bits per axis hold any crown; the crown's number fills the rest.
+        let key = (cell + offset).to_array().iter().fold(crown, |key, &c| (key << 20) ^ (c as i64 & 0xf_ffff) as u64);
+        weight.element_product() * seed.keyed("clump", key).signed()
+    };
+    (0..8).map(corner).sum()
 }
 
 /// Elevation and radius of a ring at an azimuth, and whether that is exactly a side's own outline.
@@ -172,7 +198,7 @@ fn profile(hull: &Hull, sides: &[&super::hull::Side]) -> Profile {
     };
     let radius: Vec<f64> = (0..SAMPLES).map(radius_at).collect();
     // Arc length of the curve without its jumps: rings crowded into one elevation would be slivers.
-    let calm = gaussian(&radius, 2f64.to_radians() / step);
+    let calm = gaussian(&radius, 1f64.to_radians() / step);
     let slope = |i: usize| (calm[(i + 1).min(SAMPLES - 1)] - calm[i.saturating_sub(1)]) / (2.0 * step);
     let mut length = vec![0.0];
     for i in 1..SAMPLES {
@@ -212,23 +238,24 @@ fn marks(profile: &Profile, rings: usize) -> Vec<Mark> {
         let (from, to) = (even[k.saturating_sub(1)], even[(k + 1).min(rings + 1)]);
         let near = |(e, _): &&(f64, f64)| (length_at(*e) - k as f64 * spacing).abs() < 0.4 * spacing;
         let nearest = |e: f64| (length_at(e) - k as f64 * spacing).abs();
-        let feature = profile.features.iter().filter(near).min_by(|a, b| nearest(a.0).total_cmp(&nearest(b.0)));
+        // The radius that sweeps the area of the ring's sector.
+        let (a, b) = (sample(0.5 * (from + even[k])), sample(0.5 * (to + even[k])));
+        let sector = &profile.radius[a.round() as usize..=b.round() as usize];
+        let swept = (sector.iter().map(|r| r * r).sum::<f64>() / sector.len() as f64).sqrt();
+        // A feature point finer than the rings would be a spike, or a notch, as wide as they are apart.
+        let fitting = |f: &&(f64, f64)| near(f) && (f.1 - swept).abs() < SPIKE * spacing * profile.total_m;
+        let feature = profile.features.iter().filter(fitting).min_by(|a, b| nearest(a.0).total_cmp(&nearest(b.0)));
         let inner = (1..=rings).contains(&k);
-        let mark = match feature.filter(|_| inner) {
-            Some(&(elevation, exact)) => Mark { elevation, exact, smooth: exact },
-            None => {
-                // The radius that sweeps the area of the ring's sector.
-                let (a, b) = (sample(0.5 * (from + even[k])), sample(0.5 * (to + even[k])));
-                let sector = &profile.radius[a.round() as usize..=b.round() as usize];
-                let exact = (sector.iter().map(|r| r * r).sum::<f64>() / sector.len() as f64).sqrt();
-                Mark { elevation: even[k], exact, smooth: exact }
-            }
-        };
-        marks.push(mark);
+        let (elevation, exact) = feature.copied().filter(|_| inner).unwrap_or((even[k], swept));
+        marks.push(Mark { elevation, exact, smooth: exact });
     }
     let exact: Vec<f64> = marks.iter().map(|m| m.exact).collect();
-    let smooth = gaussian(&exact, SMOOTHING * (rings + 1) as f64);
-    marks.iter_mut().zip(smooth).for_each(|(m, s)| m.smooth = s);
+    // Smoothing what smoothing took away, too ("twicing", Tukey 1977), keeps broad shapes: a column does not swell at its middle.
+    let sigma = SMOOTHING * (rings + 1) as f64;
+    let once = gaussian(&exact, sigma);
+    let lost: Vec<f64> = exact.iter().zip(&once).map(|(e, s)| e - s).collect();
+    let smooth = once.iter().zip(gaussian(&lost, sigma)).map(|(s, l)| s + l);
+    marks.iter_mut().zip(smooth).for_each(|(m, s)| m.smooth = s.max(0.2 * m.exact));
     marks
 }
 
@@ -253,7 +280,7 @@ fn layout(profiles: &[Profile], polygons: usize) -> Layout {
             .map(|l| l.min(9) as u32)
             .collect();
         // Never under six columns, nor an odd number, which would miss the left outline; and one halving at a time.
-        let most = (0..).take_while(|&l| columns >> l >= 6 && columns % (2 << l) == 0).last().unwrap_or(0);
+        let most = (0..).take_while(|&l| columns >> l >= 6 && columns.is_multiple_of(2 << l)).last().unwrap_or(0);
         levels.iter_mut().for_each(|l| *l = (*l).min(most));
         for k in 1..rings {
             levels[k] = levels[k].min(levels[k - 1] + 1);

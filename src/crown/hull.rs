@@ -114,14 +114,14 @@ impl Hull {
 
 /// Several outlines of one tree, as one crown: each view's best centre gives one equation for the place of the common centre.
 pub(super) fn joined(outlines: &[Outline], regions: &[Region]) -> Hull {
-    let centers: Vec<DVec2> = regions.iter().map(best_center).collect();
+    let centers: Vec<DVec2> = regions.iter().map(|r| best_center(r, 1.0)).collect();
     let height = centers.iter().map(|c| c.y).sum::<f64>() / centers.len() as f64;
     let azimuths = || outlines.iter().map(|o| o.azimuth_rad);
     let spot = place(&azimuths().zip(centers.iter().map(|c| c.x)).collect::<Vec<_>>());
     let run = place(&azimuths().zip(outlines.iter().map(lean)).collect::<Vec<_>>());
     let view = |(outline, region): (&Outline, &Region)| {
         let center = DVec2::new(spot.dot(horizontal(outline.azimuth_rad)), height);
-        View::new(outline, region, Star::fit(region, center))
+        View::new(outline, region, Star::fit(region, center, 1.0))
     };
     Hull::with_axis(outlines.iter().zip(regions).map(view).collect(), run)
 }

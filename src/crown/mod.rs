@@ -13,6 +13,8 @@ mod lobes;
 mod region;
 mod star;
 mod surface;
+#[cfg(test)]
+mod tests;
 
 use glam::{DVec2, Vec3};
 
@@ -53,11 +55,15 @@ crate::params! {
         /// How many polygons the crowns have: about 300, 2,200 or 8,000.
         detail: Detail = Detail::Medium, unit "", source "She table 1: 56 triangles + 2,124 quads";
         /// Ellipsoid for disturbing feature points (EDFP): semi-axis across the surface, as a fraction of the distance from the centre.
-        edfp_radial: f64 = 0.04, in 0.0..=0.5, unit "radii", source "ours: She gives no sizes; lumps without spikes";
+        edfp_radial: f64 = 0.09, in 0.0..=0.5, unit "radii", source "ours: She gives no sizes; lumps without spikes";
         /// EDFP: semi-axis along the profile, as a fraction of the distance between rings.
         edfp_along: f64 = 0.3, in 0.0..=1.0, unit "spacings", source "ours: points keep their neighbours";
         /// EDFP: semi-axis around the axis, as a fraction of the distance between points of a ring.
         edfp_around: f64 = 0.3, in 0.0..=1.0, unit "spacings", source "ours: points keep their neighbours";
+        /// EDFP: how much of the radial disturbance neighbours share: 0 crumples every facet, 1 gives smooth lumps.
+        edfp_clump: f64 = 0.7, in 0.0..=1.0, unit "", source "ours: foliage grows in clumps";
+        /// Size of those clumps, as a fraction of the crown's mean radius.
+        edfp_clump_size: f64 = 0.3, in 0.02..=5.0, unit "radii", source "ours: by eye, on the shared photographs";
         /// Largest fold along the diagonal of a quad; sharper pairs stay two triangles.
         quad_fold_deg: f64 = 50.0, in 0.0..=90.0, unit "degrees", source "ours: near-coplanar pairs, She §3.2";
         /// Largest part of the outline that one star-shaped crown may lose before it is split into lobes.

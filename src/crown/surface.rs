@@ -9,24 +9,45 @@ use super::{Crown, CrownParams};
 use crate::geom::{PolyMesh, QuadRules, pair_into_quads, sphere_delaunay};
 use crate::{Error, Result, Seed};
 
-/// Smallest determinant of a triangle's three directions from the centre: above what rounding to 32 bits can turn over.
-const FACING: f64 = 1e-7;
+/// Smallest determinant of a triangle's three directions from the centre. It is taken of the rounded positions, so that any positive
+/// value would do; this much keeps the triangle from vanishing.
+const FACING: f64 = 1e-9;
 /// Largest corner of a quad.
 const CORNER_DEG: f64 = 165.0;
+/// Largest deviation from the wanted number of polygons that is not worth a second attempt.
+const TOLERANCE: f64 = 0.08;
 /// How often a disturbance is halved before it is given up.
 const HALVINGS: usize = 5;
 
 /// The surface of one crown with about `polygons` polygons; `index` tells the crowns of one tree apart.
 pub(super) fn crown(hull: &Hull, polygons: usize, params: &CrownParams, seed: Seed, index: usize) -> Result<Crown> {
-    let points = cloud::cloud(hull, polygons, params);
-    let center = hull.center.as_vec3();
-    let smooth = cloud::placed(&points.points, hull.center);
-    let triangles = triangulate(&points, &smooth, center)?;
-    let disturbed = disturb(&points, &triangles, hull, &points.displacements(seed, index));
-    let mesh = PolyMesh { positions: disturbed.clone(), triangles, quads: vec![] };
     let rules = QuadRules { fold_rad: params.quad_fold_deg.to_radians(), corner_rad: CORNER_DEG.to_radians() };
-    let mesh = pair_into_quads(&mesh, &[&smooth, &disturbed], rules);
-    Ok(Crown { mesh, center, cloud: smooth, disturbed })
+    let mut smooth = Smooth::new(hull, polygons, params)?;
+    let excess = pair_into_quads(&smooth.mesh, &[&smooth.mesh.positions], rules).polygon_count() as f64 / polygons.max(1) as f64;
+    if (excess - 1.0).abs() > TOLERANCE {
+        // How many pairs stay triangles shows only afterwards; once it is known, aim off by as much.
+        smooth = Smooth::new(hull, (polygons as f64 / excess) as usize, params)?;
+    }
+    let displacements = smooth.points.displacements(seed, index, params);
+    let disturbed = disturb(&smooth.points, &smooth.mesh.triangles, hull, &displacements);
+    let cloud = smooth.mesh.positions.clone();
+    let mesh = PolyMesh { positions: disturbed.clone(), ..smooth.mesh };
+    Ok(Crown { mesh: pair_into_quads(&mesh, &[&cloud, &disturbed], rules), center: hull.center.as_vec3(), cloud, disturbed })
+}
+
+/// The undisturbed surface (She fig. 9c), all triangles.
+struct Smooth {
+    points: Cloud,
+    mesh: PolyMesh,
+}
+
+impl Smooth {
+    fn new(hull: &Hull, polygons: usize, params: &CrownParams) -> Result<Self> {
+        let points = cloud::cloud(hull, polygons, params);
+        let positions = cloud::placed(&points.points, hull.center);
+        let triangles = triangulate(&points, &positions, hull.center.as_vec3())?;
+        Ok(Self { points, mesh: PolyMesh { positions, triangles, quads: vec![] } })
+    }
 }
 
 /// Joins the points in the conformal chart. Should a triangle there face inward in space, which takes an outline whose two sides differ

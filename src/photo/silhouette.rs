@@ -46,6 +46,9 @@ const SMALLEST_CROWN: usize = 9;
 /// Standard deviation of the smoothing along the contour, in pixel edges: enough to hide the staircase, too little to move a corner.
 const STAIRCASE: f64 = 1.0;
 
+/// How much a crown's width holds its axis upright: a round crown leans half as much as its rows' middles do.
+const STIFFNESS: f64 = 0.1;
+
 /// Traces the largest region of `crown`. `tree` is the whole tree with its trunk (the crown itself where no trunk is visible): where
 /// the trunk enters the crown, the axis is drawn to it.
 ///
@@ -104,12 +107,14 @@ fn row_spans(contour: &[DVec2]) -> Vec<Span> {
 /// not tilt the axis. A trunk's neck weighs as much as a third of the rows.
 fn fit_line(spans: &[Span], neck: Option<DVec2>, steepest: f64) -> Line {
     let total: f64 = spans.iter().map(|s| s.width).sum();
+    // The wider a crown, the less its rows' middles tell of a lean: its mean square width holds the axis upright.
+    let stiffness = STIFFNESS * spans.iter().map(|s| s.width.powi(3)).sum::<f64>() / total.max(1e-12);
     let mut points: Vec<(DVec2, f64)> = spans.iter().map(|s| (DVec2::new(s.middle, s.y), s.width)).collect();
     points.extend(neck.map(|n| (n, total / 3.0)));
     let mut trust = vec![1.0; points.len()];
     let mut line = Line { x0: 0.0, slope: 0.0 };
     for _ in 0..8 {
-        line = least_squares(&points, &trust, steepest);
+        line = least_squares(&points, &trust, stiffness, steepest);
         let residual = |(p, _): &(DVec2, f64)| (p.x - line.x0 - line.slope * p.y).abs();
         let mut sorted: Vec<f64> = points.iter().map(residual).collect();
         sorted.sort_by(f64::total_cmp);
@@ -120,7 +125,7 @@ fn fit_line(spans: &[Span], neck: Option<DVec2>, steepest: f64) -> Line {
     line
 }
 
-fn least_squares(points: &[(DVec2, f64)], trust: &[f64], steepest: f64) -> Line {
+fn least_squares(points: &[(DVec2, f64)], trust: &[f64], stiffness: f64, steepest: f64) -> Line {
     let weighted = || points.iter().zip(trust).map(|((p, w), t)| (*p, w * t));
     let total: f64 = weighted().map(|(_, w)| w).sum::<f64>().max(1e-12);
     let mean = weighted().map(|(p, w)| p * w).sum::<DVec2>() / total;
@@ -128,7 +133,7 @@ fn least_squares(points: &[(DVec2, f64)], trust: &[f64], steepest: f64) -> Line 
         let d = p - mean;
         (xy + w * d.x * d.y, yy + w * d.y * d.y)
     });
-    let slope = if yy > 0.0 { (xy / yy).clamp(-steepest, steepest) } else { 0.0 };
+    let slope = if yy > 0.0 { (xy / (yy + stiffness * total)).clamp(-steepest, steepest) } else { 0.0 };
     Line { x0: mean.x - slope * mean.y, slope }
 }
 
