@@ -4,6 +4,7 @@
 
 pub mod decode;
 pub mod exemplar;
+mod profile;
 pub mod segment;
 pub mod silhouette;
 pub mod trunk;
