@@ -4,6 +4,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, Rgb, RgbImage};
+use moxcms::ColorProfile;
 use proptest::prelude::*;
 use sphereboard::Error;
 use sphereboard::photo::decode::{DecodeParams, decode, decode_bytes};
@@ -23,10 +24,17 @@ fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
 
 /// A JPEG whose colours survive well enough to compare.
 fn jpeg(exif: Option<Vec<u8>>) -> Vec<u8> {
+    jpeg_with(exif, None)
+}
+
+fn jpeg_with(exif: Option<Vec<u8>>, profile: Option<Vec<u8>>) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, 98);
     if let Some(exif) = exif {
         encoder.set_exif_metadata(exif).expect("JPEG carries EXIF");
+    }
+    if let Some(profile) = profile {
+        encoder.set_icc_profile(profile).expect("JPEG carries ICC profiles");
     }
     encoder.write_image(&patches(), 48, 32, ExtendedColorType::Rgb8).expect("a small JPEG");
     bytes
@@ -106,6 +114,20 @@ fn photographs_stand_upright() {
         assert_patches(name, &decode(&fixture(name), &params()).unwrap().image, &turned, 0);
     }
     assert_patches("nonsense", &decode_bytes(&jpeg(Some(exif(99))), &params()).unwrap().image, &patches(), 3);
+}
+
+#[test]
+fn the_wide_colours_of_a_phone_become_srgb() {
+    let p3 = ColorProfile::new_display_p3().encode().unwrap();
+    // By the primaries of SMPTE EG 432-1 and IEC 61966-2-1, computed elsewhere; what sRGB cannot show is clipped.
+    let srgb = [[218, 0, 4], [0, 142, 6], [34, 61, 187], [232, 220, 103], [128, 128, 128], [0, 0, 0]];
+    let expected = RgbImage::from_fn(48, 32, |x, y| Rgb(if x < 8 && y < 8 { [255; 3] } else { srgb[x as usize / 8] }));
+    assert_patches("Display P3", &decode_bytes(&jpeg_with(None, Some(p3)), &params()).unwrap().image, &expected, 4);
+
+    let plain = decode_bytes(&jpeg(None), &params()).unwrap().image;
+    for profile in [ColorProfile::new_srgb().encode().unwrap(), b"no profile at all".to_vec()] {
+        assert_eq!(decode_bytes(&jpeg_with(None, Some(profile)), &params()).unwrap().image, plain, "nothing to convert");
+    }
 }
 
 #[test]
@@ -193,6 +215,7 @@ fn seeds() -> Vec<Vec<u8>> {
     let mut seeds: Vec<_> =
         [ImageFormat::Png, ImageFormat::WebP, ImageFormat::Tiff, ImageFormat::Bmp].map(|f| encoded(&rgb, f)).to_vec();
     seeds.push(jpeg(None));
+    seeds.push(jpeg_with(None, ColorProfile::new_display_p3().encode().ok()));
     let mut names: Vec<_> = std::fs::read_dir(fixture("")).unwrap().map(|e| e.unwrap().path()).collect();
     names.sort();
     seeds.extend(names.iter().filter(|p| p.extension().is_some_and(|e| e != "md")).map(|p| std::fs::read(p).unwrap()));

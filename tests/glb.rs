@@ -166,6 +166,19 @@ fn other_files_are_refused_by_name() {
 }
 
 #[test]
+fn triangles_that_are_no_halves_of_quads_are_refused() {
+    let model = model(1, 4);
+    let mut bytes = glb::write(&model).unwrap();
+    let halves = |[a, b, c, d]: [u32; 4]| [a, b, c, a, c, d].map(|i| (i as u16).to_le_bytes()).concat();
+    let whole = halves(model.crowns[0].surface.mesh.quads[0]);
+    let at = bytes.windows(12).position(|w| w == whole).expect("the indices are in the file");
+    // The same triangle, begun at another corner.
+    bytes[at + 6..at + 12].rotate_left(2);
+    let error = glb::read(&bytes).unwrap_err();
+    assert!(matches!(error, Error::ForeignGlb { .. }), "{error}");
+}
+
+#[test]
 fn glb_files_of_other_programs_are_refused() {
     let Some(shared) = files::shared_folder() else {
         println!("SKIPPED: ../shared is not there, so no foreign GLB files are tried");

@@ -7,6 +7,7 @@ use image::error::LimitErrorKind;
 use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, RgbImage};
 
+use super::profile::convert_to_srgb;
 use crate::raster::Mask;
 use crate::{Error, Result, files};
 
@@ -43,7 +44,7 @@ pub fn decode(path: &Path, params: &DecodeParams) -> Result<Photo> {
 /// Decodes the bytes of one photograph.
 ///
 /// Deeper samples are rounded to 8 bits, floating-point ones clamped to 0–1 first, grey and CMYK become RGB, and the orientation
-/// that a camera noted in EXIF is applied. Pixels under full transparency keep the colour the file gives them.
+/// that a camera noted in EXIF is applied, and so is an ICC profile of RGB colours. Pixels under full transparency keep the colour the file gives them.
 ///
 /// # Errors
 /// [`Error::EmptyFile`], [`Error::NotAnImage`], [`Error::TooManyPixels`], [`Error::Truncated`], [`Error::DamagedImage`] or
@@ -69,15 +70,16 @@ pub fn decode_bytes(bytes: &[u8], params: &DecodeParams) -> Result<Photo> {
     decoder.set_limits(limits).map_err(|e| explain(e, format, name, bytes))?;
     // A damaged EXIF block is no reason to refuse the pixels.
     let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let profile = decoder.icc_profile().ok().flatten();
     let image = DynamicImage::from_decoder(decoder).map_err(|e| explain(e, format, name, bytes))?;
     if image.width() == 0 || image.height() == 0 {
         return Err(Error::DamagedImage { format: name, cause: "it has no pixels".to_owned() });
     }
-    Ok(upright(image, orientation))
+    Ok(upright(image, profile.as_deref(), orientation))
 }
 
 /// Turns pixels of any kind into a [`Photo`].
-fn upright(image: DynamicImage, orientation: Orientation) -> Photo {
+fn upright(image: DynamicImage, profile: Option<&[u8]>, orientation: Orientation) -> Photo {
     let opaque = image.color().has_alpha().then(|| {
         let rgba = image.to_rgba8();
         let mut mask = DynamicImage::ImageLuma8(image::GrayImage::from_fn(rgba.width(), rgba.height(), |x, y| {
@@ -86,7 +88,11 @@ fn upright(image: DynamicImage, orientation: Orientation) -> Photo {
         mask.apply_orientation(orientation);
         Mask::from_gray(&mask.into_luma8())
     });
-    let mut image = DynamicImage::ImageRgb8(image.into_rgb8());
+    let mut rgb = image.into_rgb8();
+    if let Some(profile) = profile {
+        convert_to_srgb(&mut rgb, profile);
+    }
+    let mut image = DynamicImage::ImageRgb8(rgb);
     image.apply_orientation(orientation);
     let says_something = |mask: &Mask| mask.as_raw().contains(&0);
     Photo { image: image.into_rgb8(), opaque: opaque.filter(says_something) }

@@ -7,6 +7,7 @@ pub mod decode;
 pub mod delight;
 pub mod exemplar;
 mod exemplar_window;
+mod profile;
 pub mod segment;
 pub mod silhouette;
 pub mod trunk;
