@@ -1,16 +1,25 @@
-// The Khronos validator's verdict on GLB files: node validate_glb.mjs FILE... Exit code 1 when any has an error or a warning.
-import { readFile } from "node:fs/promises";
+// The Khronos glTF validator over GLB files: `node validate_glb.mjs FILE.glb...`
+// Prints every message; exits 1 when any file has an error or a warning, 2 when nothing was given.
+import { readFileSync } from "node:fs";
+import { basename } from "node:path";
 import validator from "gltf-validator";
 
-const files = process.argv.slice(2);
-let good = 0;
-for (const file of files) {
-  const report = await validator.validateBytes(new Uint8Array(await readFile(file)), { uri: file, maxIssues: 20 });
-  const { numErrors, numWarnings, messages } = report.issues;
-  if (numErrors + numWarnings === 0) good += 1;
-  for (const { code, message, pointer, severity } of messages) {
-    if (severity <= 1) console.error(`${file}: ${code} at ${pointer ?? "?"}: ${message}`);
+const paths = process.argv.slice(2);
+if (paths.length === 0) {
+  console.error("expected GLB files, but none were given; usage: node validate_glb.mjs FILE.glb...");
+  process.exit(2);
+}
+
+let faults = 0;
+for (const path of paths) {
+  try {
+    const { issues } = await validator.validateBytes(new Uint8Array(readFileSync(path)), { uri: basename(path), maxIssues: 20 });
+    console.log(`${path}: ${issues.numErrors} errors, ${issues.numWarnings} warnings, ${issues.numInfos} infos, ${issues.numHints} hints`);
+    for (const { code, message, pointer } of issues.messages) console.log(`  ${code} ${pointer ?? ""}: ${message}`);
+    faults += issues.numErrors + issues.numWarnings;
+  } catch (error) {
+    console.log(`${path}: ${error.message ?? error}`);
+    faults += 1;
   }
 }
-console.log(`Khronos validator: ${good} of ${files.length} files without errors and warnings`);
-process.exit(good === files.length && files.length > 0 ? 0 : 1);
+process.exit(faults > 0 ? 1 : 0);
