@@ -107,6 +107,13 @@ impl Sums {
         ];
         let level = mean(sum).max(0.02);
         let slope = halves.map(|(a, b)| (mean(a) - mean(b)).abs() / level).iter().sum::<f32>();
-        histogram + 0.5 * slope + 1.5 * more + 0.5 * less
+        // Gaps gathered on one side are a bay of the outline or a missing branch, and would be strewn all over.
+        let patchy = halves.map(|(a, b)| (gap(&a) - gap(&b)).abs()).iter().sum::<f32>();
+        // So would a branch or a deep shadow: no sixteenth may differ much from the whole square.
+        let part = (side / 4).max(1);
+        let parts = (0..16).map(|i| self.window(x + (i % 4) * (side - part) / 3, y + (i / 4) * (side - part) / 3, part, part));
+        let odd = parts.map(|p| (3..PLANES).map(|i| (p[i] / foliage(&p) - sum[i] / foliage(&sum)).abs()).sum::<f32>() / 6.0);
+        let oddest = odd.fold(0.0, f32::max);
+        histogram + 0.5 * slope + 4.0 * more + 1.0 * less + 1.5 * patchy + 0.7 * oddest
     }
 }

@@ -29,7 +29,7 @@ crate::params! {
         /// Texture of the polygons that faced the camera.
         front: FrontChoice = FrontChoice::Photo, unit "", source "ours: the tree on the map should be the tree in the picture";
         /// Largest angle between a polygon's normal and the camera at which it takes the photograph's texture.
-        front_angle_deg: f64 = 58.0, in 5.0..=80.0, unit "°", source "ours: beyond it the texture stretches twofold";
+        front_angle_deg: f64 = 52.0, in 5.0..=80.0, unit "°", source "ours: beyond it the photograph would stretch by more than 1.6";
         /// Largest turn away from upright that extension may accumulate before a block is matched anew.
         lean_limit_deg: f64 = 25.0, in 0.0..=180.0, unit "°", source "ours: foliage hangs";
     }

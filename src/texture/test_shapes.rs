@@ -24,7 +24,7 @@ pub fn crown_of_revolution(rings: usize, profile: impl Fn(f32) -> (f32, f32), di
     let mut mesh = PolyMesh::default();
     let disturbed = |p: Vec3, item: usize| {
         let mut d = Seed(5).keyed("test-shape", item as u64);
-        p + disturbance * Vec3::new(d.signed() as f32, d.signed() as f32, d.signed() as f32)
+        p + disturbance * p.x.hypot(p.z) * Vec3::new(d.signed() as f32, d.signed() as f32, d.signed() as f32)
     };
     let lift = 2.5;
     let (bottom, top) = (profile(0.0).1, profile(std::f32::consts::PI).1);
