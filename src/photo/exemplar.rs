@@ -31,6 +31,8 @@ pub struct Exemplar {
     pub window_px: Rect,
     /// Exemplar texels per pixel of the photograph.
     pub scale: f64,
+    /// The part of the whole crown that is sky gaps, at most the gap limit: what a texture grown from the exemplar should show.
+    pub gap_fraction: f64,
 }
 
 /// Largest exemplar side, texels: more adds cost but no variety that a crown could show.
@@ -68,7 +70,8 @@ pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, para
         let t = layer.texels[y as usize * layer.width + x as usize];
         Rgba([byte(t.x), byte(t.y), byte(t.z), byte(255.0 * t.w)])
     });
-    Ok(Exemplar { image, window_px, scale: side / f64::from(window_px.width) })
+    let gap_fraction = (1.0 - foliage_px as f64 / crown.count() as f64).clamp(0.0, params.gap_limit);
+    Ok(Exemplar { image, window_px, scale: side / f64::from(window_px.width), gap_fraction })
 }
 
 /// The window as `side` × `side` texels: encoded sRGB 0..=255 in `xyz`, bled over the gaps, and the part that is foliage in `w`.

@@ -25,7 +25,7 @@ crate::params! {
         /// Half the width of the strip along shared edges in which a cut may run.
         seam_reach: u32 = 4, in 0..=32, unit "texels", source "ours: a third of a medium polygon";
         /// Half the width of the blend across a cut.
-        seam_blend: f64 = 1.0, in 0.0..=8.0, unit "texels", source "ours: hides the step, keeps the grain";
+        seam_blend: f64 = 1.25, in 0.0..=8.0, unit "texels", source "ours: hides the step, keeps the grain";
     }
 }
 
@@ -100,7 +100,7 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
 }
 
 /// What sampling between texels takes from the finest grain, given back beforehand: measured, not a matter of taste.
-pub(super) const SHARPENING: f32 = 0.3;
+pub(super) const SHARPENING: f32 = 0.16;
 
 /// Rows that one task draws.
 const ROWS: usize = 16;
