@@ -50,12 +50,22 @@ impl ReducedCrown {
     }
 }
 
-/// Linear colour and weight 1 where the photograph shows foliage of the crown, all 0 elsewhere.
+/// Weighted linear colour and weight where the photograph shows foliage of the crown, all 0 elsewhere. Pixels beside sky are mixed with
+/// it: they count for little.
 pub fn foliage_at(image: &RgbImage, crown: &Mask, gaps: &Mask, x: i64, y: i64) -> Vec4 {
     if !crown.get(x, y) || gaps.get(x, y) || x >= i64::from(image.width()) || y >= i64::from(image.height()) {
         return Vec4::ZERO;
     }
-    Vec3::from(image.get_pixel(x as u32, y as u32).0.map(to_linear)).extend(1.0)
+    let sky_within =
+        |d: i64| [(-d, 0), (d, 0), (0, -d), (0, d)].iter().any(|(dx, dy)| gaps.get(x + dx, y + dy) || !crown.get(x + dx, y + dy));
+    let weight = if sky_within(1) {
+        0.02
+    } else if sky_within(2) {
+        0.1
+    } else {
+        1.0
+    };
+    weight * Vec3::from(image.get_pixel(x as u32, y as u32).0.map(to_linear)).extend(1.0)
 }
 
 /// What to multiply linear colours with, anywhere in the photograph.

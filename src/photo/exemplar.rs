@@ -9,7 +9,7 @@ use image::{Rgba, RgbaImage};
 
 use super::delight::{ReducedCrown, Shading, foliage_at};
 use super::{Photo, exemplar_window};
-use crate::raster::{Layer, Mask, Rect, to_srgb};
+use crate::raster::{Layer, Mask, Rect};
 use crate::{Error, Result};
 
 crate::params! {
@@ -31,6 +31,8 @@ pub struct Exemplar {
     pub window_px: Rect,
     /// Exemplar texels per pixel of the photograph.
     pub scale: f64,
+    /// The part of the whole crown that is sky gaps, at most the gap limit: what a texture grown from the exemplar should show.
+    pub gap_fraction: f64,
 }
 
 /// Largest exemplar side, texels: more adds cost but no variety that a crown could show.
@@ -60,7 +62,6 @@ pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, para
     let side = (f64::from(window_px.width) * texels_per_px).round().clamp(8.0, MAX_SIDE);
     let mut layer = cut(photo, crown, gaps, window_px, side as usize, &shading);
     limit_gaps(&mut layer, params.gap_limit);
-    layer.bleed();
     if let Some(mean) = encoded_mean(&photo.image, crown, gaps) {
         shift_mean(&mut layer, mean);
     }
@@ -69,31 +70,31 @@ pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, para
         let t = layer.texels[y as usize * layer.width + x as usize];
         Rgba([byte(t.x), byte(t.y), byte(t.z), byte(255.0 * t.w)])
     });
-    Ok(Exemplar { image, window_px, scale: side / f64::from(window_px.width) })
+    let gap_fraction = (1.0 - foliage_px as f64 / crown.count() as f64).clamp(0.0, params.gap_limit);
+    Ok(Exemplar { image, window_px, scale: side / f64::from(window_px.width), gap_fraction })
 }
 
-/// The window as `side` × `side` texels: encoded sRGB 0..=255 in `xyz`, the part that is foliage in `w`.
+/// The window as `side` × `side` texels: encoded sRGB 0..=255 in `xyz`, bled over the gaps, and the part that is foliage in `w`.
 fn cut(photo: &Photo, crown: &Mask, gaps: &Mask, window: Rect, side: usize, shading: &Shading) -> Layer {
     let source = |x: i64, y: i64| {
         let gain = shading.gain(x as f64 + 0.5, y as f64 + 0.5);
         let t = foliage_at(&photo.image, crown, gaps, x, y);
         (gain * t.truncate()).extend(t.w)
     };
-    let (origin, extent) = ([f64::from(window.x), f64::from(window.y)], f64::from(window.width));
-    let straight = |t: Vec4| if t.w > 1e-3 { t.truncate() / t.w } else { Vec3::ZERO };
-    let encoded = |t: Vec4| Vec3::from(straight(t).to_array().map(|v| f32::from(to_srgb(v)))).extend(t.w.clamp(0.0, 1.0));
-    if side <= window.width as usize {
-        let averaged = Layer::area_average(side, side, origin, [extent; 2], source);
-        return Layer::from_fn(side, side, |x, y| encoded(averaged.texels[y * side + x]));
+    let there = |x: i64, y: i64| Vec4::splat(f32::from(crown.get(x, y) && !gaps.get(x, y)));
+    let (origin, extent) = ([f64::from(window.x), f64::from(window.y)], [f64::from(window.width); 2]);
+    // Fewer pixels than texels: average pixel by pixel, then interpolate sharply between them.
+    let n = side.min(window.width as usize);
+    let mut colors = Layer::area_average(n, n, origin, extent, source).straightened();
+    colors.bleed();
+    let alphas = Layer::area_average(n, n, origin, extent, there);
+    if n == side {
+        return Layer::from_fn(n, n, |x, y| colors.texels[y * n + x].truncate().extend(alphas.texels[y * n + x].w));
     }
-    // Fewer pixels than texels: interpolate sharply between them.
-    let n = window.width as usize;
-    let mut pixels = Layer::from_fn(n, n, |x, y| encoded(source(i64::from(window.x) + x as i64, i64::from(window.y) + y as i64)));
-    pixels.bleed();
     let step = n as f32 / side as f32;
     Layer::from_fn(side, side, |x, y| {
-        let t = pixels.sharp((x as f32 + 0.5) * step, (y as f32 + 0.5) * step);
-        t.truncate().clamp(Vec3::ZERO, Vec3::splat(255.0)).extend(t.w.clamp(0.0, 1.0))
+        let (x, y) = ((x as f32 + 0.5) * step, (y as f32 + 0.5) * step);
+        colors.sharp(x, y).truncate().clamp(Vec3::ZERO, Vec3::splat(255.0)).extend(alphas.bilinear(x, y).w)
     })
 }
 
@@ -106,11 +107,7 @@ fn limit_gaps(layer: &mut Layer, limit: f64) {
     }
     let around = layer.low_pass((layer.width / 32).max(1));
     open.sort_by(|&a, &b| around.texels[a].w.total_cmp(&around.texels[b].w).then(a.cmp(&b)));
-    let mut closed = layer.clone();
-    closed.bleed();
-    for &i in &open[keep..] {
-        layer.texels[i] = closed.texels[i].truncate().extend(1.0);
-    }
+    open[keep..].iter().for_each(|&i| layer.texels[i].w = 1.0);
 }
 
 /// Mean of the encoded sRGB values of the crown's foliage.

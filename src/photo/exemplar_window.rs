@@ -18,13 +18,13 @@ pub(super) fn find(crown: &ReducedCrown, shading: &Shading, photo_size: (u32, u3
     let inscribed = inscribed.unwrap_or(1);
     let whole = sums.window(0, 0, width, height);
     let sides: Vec<usize> =
-        [0.6, 0.52, 0.45, 0.38, 0.32].iter().map(|f| ((f * inscribed as f64).round() as usize).max(1)).collect();
+        [0.6, 0.5, 0.42, 0.35, 0.29, 0.24].iter().map(|f| ((f * inscribed as f64).round() as usize).max(1)).collect();
     let mut best = (f32::INFINITY, Rect { x: 0, y: 0, width: 1, height: 1 });
     for &side in &sides {
         let stride = (side / 16).max(1);
         for (x, y) in sums.windows(side, stride).filter(|&(x, y)| sums.inside(x, y, side) > 0.98) {
-            // Halving the window's area costs as much as a twelfth of the histogram being off.
-            let size = 0.12 * (inscribed as f32 / side as f32).log2();
+            // Halving the window's area costs as much as a seventh of the histograms being off.
+            let size = 0.14 * (inscribed as f32 / side as f32).log2();
             let cost = sums.cost(x, y, side, &whole) + size;
             if cost < best.0 {
                 best = (cost, Rect { x: x as u32, y: y as u32, width: side as u32, height: side as u32 });
@@ -107,6 +107,13 @@ impl Sums {
         ];
         let level = mean(sum).max(0.02);
         let slope = halves.map(|(a, b)| (mean(a) - mean(b)).abs() / level).iter().sum::<f32>();
-        histogram + 0.5 * slope + 1.5 * more + 0.5 * less
+        // Gaps gathered on one side are a bay of the outline or a missing branch, and would be strewn all over.
+        let patchy = halves.map(|(a, b)| (gap(&a) - gap(&b)).abs()).iter().sum::<f32>();
+        // So would a branch or a deep shadow: no sixteenth may differ much from the whole square.
+        let part = (side / 4).max(1);
+        let parts = (0..16).map(|i| self.window(x + (i % 4) * (side - part) / 3, y + (i / 4) * (side - part) / 3, part, part));
+        let odd = parts.map(|p| (3..PLANES).map(|i| (p[i] / foliage(&p) - sum[i] / foliage(&sum)).abs()).sum::<f32>() / 6.0);
+        let oddest = odd.fold(0.0, f32::max);
+        histogram + 0.5 * slope + 4.0 * more + 1.0 * less + 1.5 * patchy + 1.3 * oddest
     }
 }

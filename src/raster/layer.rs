@@ -1,7 +1,9 @@
 //! A float image with a weight per texel: area averages, low-pass, hole filling and sharp resampling for everything that is baked.
 
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
+
+use super::to_srgb;
 
 /// Colour in `xyz` (which space is the owner's choice) and a weight or alpha in `w`, row by row from the top left.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +51,16 @@ impl Layer {
         })
     }
 
+    /// Weighted linear colours as straight encoded sRGB 0..=255. A third of the full weight already counts fully, so that
+    /// [`Layer::bleed`] changes nothing that was measured well.
+    pub fn straightened(mut self) -> Self {
+        self.texels.par_iter_mut().for_each(|t| {
+            let color = if t.w > 1e-4 { t.truncate() / t.w } else { Vec3::ZERO };
+            *t = Vec3::from(color.to_array().map(|v| f32::from(to_srgb(v)))).extend((3.0 * t.w).min(1.0));
+        });
+        self
+    }
+
     /// The texel at mirrored coordinates: the layer continues as its own reflection.
     pub fn mirrored(&self, x: i64, y: i64) -> Vec4 {
         let fold = |i: i64, n: usize| {
@@ -84,6 +96,15 @@ impl Layer {
             sum += *wy * row;
         }
         sum
+    }
+
+    /// Adds `amount` of each colour's difference from the mean of its 3×3 surroundings; weights stay.
+    pub fn sharpened(&self, amount: f32) -> Self {
+        Self::from_fn(self.width, self.height, |x, y| {
+            let around = (0..9).map(|i| self.mirrored(x as i64 + i % 3 - 1, y as i64 + i / 3 - 1)).sum::<Vec4>() / 9.0;
+            let t = self.texels[y * self.width + x];
+            (t + amount * (t - around)).truncate().extend(t.w)
+        })
     }
 
     /// Three box filters of half-width `radius` in each direction: close to a Gaussian. Beyond the border nothing has weight.

@@ -43,8 +43,8 @@ fn the_charted_surface_is_the_closed_mesh_again_and_stays_in_the_image() {
 #[test]
 fn no_polygon_is_smeared_or_turned_over_in_the_chart() {
     for mesh in [lumpy_ball(24, 1.0), lumpy_ball(24, 1.8), cone(24)] {
-        let chart = Chart::of(&mesh, mesh.bounds().unwrap().center()).unwrap();
         let flat = FlatMesh::of(&mesh).unwrap();
+        let chart = Chart::of(&mesh, &flat, mesh.bounds().unwrap().center()).unwrap();
         let area = |c: &[Vec2; 4]| 0.5 * ((c[1] - c[0]).perp_dot(c[2] - c[0]) + (c[2] - c[0]).perp_dot(c[3] - c[0]));
         let density = |p: usize| f64::from(area(&chart.corners[p]) / flat.flats[p].area) * flat.area / 4.0;
         let turned = (0..mesh.polygon_count()).filter(|&p| density(p) <= 0.0).count();
@@ -57,7 +57,7 @@ fn no_polygon_is_smeared_or_turned_over_in_the_chart() {
 #[test]
 fn seams_vanish_and_the_grain_stays() {
     let atlas = atlas_of(&lumpy_ball(32, 1.2), 512, 96);
-    assert!(atlas.seam_before > 1.1, "{}", atlas.seam_before);
+    assert!(atlas.seam_before > atlas.seam_after, "{} {}", atlas.seam_before, atlas.seam_after);
     assert!(atlas.seam_after <= 1.10 && atlas.contrast >= 0.85, "{} {}", atlas.seam_after, atlas.contrast);
 }
 

@@ -10,10 +10,13 @@ use std::collections::BTreeMap;
 
 use glam::{Vec2, Vec3};
 
+use super::flat::FlatMesh;
+use super::relax::relax;
 use crate::geom::{Bounds, PolyMesh, Surface};
 use crate::{Error, Result};
 
 /// A place for every polygon's corners.
+#[derive(Debug)]
 pub(super) struct Chart {
     /// Chart coordinates per polygon; a triangle repeats its last corner.
     pub corners: Vec<[Vec2; 4]>,
@@ -34,6 +37,9 @@ pub(super) const COPIES: [fn(Vec2) -> Vec2; 9] = [
     |p| p + Vec2::new(-2.0, -2.0),
 ];
 
+/// Which of [`COPIES`] undoes each.
+pub(super) const INVERSE: [usize; 9] = [0, 1, 2, 3, 4, 8, 7, 6, 5];
+
 /// Gutter beyond whatever overhangs, as a part of the image's side: four texels of 512 keep three mip levels clean.
 const GUTTER: f32 = 4.0 / 512.0;
 
@@ -42,7 +48,7 @@ impl Chart {
     ///
     /// # Errors
     /// [`Error::Untexturable`] when the crown has no extent in some direction.
-    pub(super) fn of(mesh: &PolyMesh, center: Vec3) -> Result<Self> {
+    pub(super) fn of(mesh: &PolyMesh, flat: &FlatMesh, center: Vec3) -> Result<Self> {
         let half =
             mesh.bounds().map(|b: Bounds| (b.max - center).max(center - b.min)).filter(|h| h.is_finite() && h.min_element() > 0.0);
         let Some(half) = half else {
@@ -51,11 +57,18 @@ impl Chart {
         let mut directions: Vec<Vec3> = mesh.positions.iter().map(|p| ((*p - center) / half).normalize_or(Vec3::Z)).collect();
         let mut in_use = vec![false; directions.len()];
         mesh.polygons().flatten().for_each(|&v| in_use[v as usize] = true);
-        for axis in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y] {
-            snap(&mut directions, &in_use, axis);
-        }
-        let places: Vec<Vec2> = directions.iter().map(|d| octahedral(*d)).collect();
-        let corners: Vec<[Vec2; 4]> = mesh.polygons().map(|p| unfold(p, &places)).collect();
+        let pinned: Vec<usize> =
+            [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y].iter().filter_map(|&axis| snap(&mut directions, &in_use, axis)).collect();
+        let mut places: Vec<Vec2> = directions.iter().map(|d| octahedral(*d)).collect();
+        let copies: Vec<[u8; 4]> = mesh.polygons().map(|p| unfold(p, &places)).collect();
+        relax(mesh, flat, &mut places, &copies, &pinned);
+        let corners = mesh.polygons().zip(&copies).map(|(polygon, copies)| {
+            std::array::from_fn(|k| {
+                let k = k.min(polygon.len() - 1);
+                COPIES[usize::from(copies[k])](places[polygon[k] as usize])
+            })
+        });
+        let corners: Vec<[Vec2; 4]> = corners.collect();
         let reach = corners.iter().flatten().map(|c| c.abs().max_element()).fold(1.0, f32::max);
         Ok(Self { corners, extent: (reach / (1.0 - 2.0 * GUTTER)).max(1.0) })
     }
@@ -93,11 +106,9 @@ impl Chart {
 
 /// The four places where the square is folded to half a turn (±X, ±Y) must be vertices, or the polygon over one would be folded too:
 /// the vertex nearest to `axis` moves there, and the directions around it with it, less and less.
-fn snap(directions: &mut [Vec3], in_use: &[bool], axis: Vec3) {
+fn snap(directions: &mut [Vec3], in_use: &[bool], axis: Vec3) -> Option<usize> {
     let used = (0..directions.len()).filter(|&v| in_use[v]);
-    let Some(nearest) = used.max_by(|&a, &b| directions[a].dot(axis).total_cmp(&directions[b].dot(axis)).then(b.cmp(&a))) else {
-        return;
-    };
+    let nearest = used.max_by(|&a, &b| directions[a].dot(axis).total_cmp(&directions[b].dot(axis)).then(b.cmp(&a)))?;
     let from = directions[nearest];
     let shift = axis - from;
     let reach = (2.5 * shift.length()).max(0.45);
@@ -106,6 +117,7 @@ fn snap(directions: &mut [Vec3], in_use: &[bool], axis: Vec3) {
         *d = (*d + w * shift).normalize_or(*d);
     }
     directions[nearest] = axis;
+    Some(nearest)
 }
 
 /// Direction to chart.
@@ -118,17 +130,20 @@ fn octahedral(d: Vec3) -> Vec2 {
     Vec2::new(u.copysign(d.x), v.copysign(d.y))
 }
 
-/// A polygon's corners in one piece: each corner at the copy nearest to a reference corner, the reference chosen so that it overhangs least.
-fn unfold(polygon: &[u32], places: &[Vec2]) -> [Vec2; 4] {
-    let at = |k: usize| places[polygon[k.min(polygon.len() - 1)] as usize];
-    let from = |reference: Vec2| -> [Vec2; 4] {
-        std::array::from_fn(|k| {
-            let copies = COPIES.iter().map(|copy| copy(at(k)));
-            copies.min_by(|a, b| a.distance_squared(reference).total_cmp(&b.distance_squared(reference))).unwrap_or(at(k))
-        })
+/// A polygon's corners in one piece: each corner at its copy nearest to a reference corner, the reference chosen so that the polygon is
+/// compact and overhangs least. Gives the copies' numbers.
+fn unfold(polygon: &[u32], places: &[Vec2]) -> [u8; 4] {
+    let place = |k: usize| places[polygon[k] as usize];
+    let nearest = |k: usize, reference: Vec2| {
+        let distance = |c: &u8| COPIES[usize::from(*c)](place(k)).distance_squared(reference);
+        (0..COPIES.len() as u8).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     };
-    let span = |c: &[Vec2; 4]| (0..4).map(|i| c[i].distance(c[(i + 1) % 4])).fold(0.0, f32::max);
-    let overhang = |c: &[Vec2; 4]| c.iter().map(|p| p.abs().max_element()).fold(1.0, f32::max);
-    let options = (0..polygon.len()).map(|k| from(at(k)));
-    options.min_by(|a, b| (span(a) + overhang(a)).total_cmp(&(span(b) + overhang(b)))).unwrap_or([at(0); 4])
+    let n = polygon.len();
+    let options = (0..n).map(|r| std::array::from_fn(|k| if k < n { nearest(k, place(r)) } else { 0 }));
+    let cost = |copies: &[u8; 4]| {
+        let at = |k: usize| COPIES[usize::from(copies[k % n])](place(k % n));
+        let span = (0..n).map(|k| at(k).distance(at(k + 1))).fold(0.0, f32::max);
+        span + (0..n).map(|k| at(k).abs().max_element()).fold(1.0, f32::max)
+    };
+    options.min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or([0; 4])
 }

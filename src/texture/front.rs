@@ -6,10 +6,11 @@ use glam::{DVec2, Vec3, Vec4};
 use image::RgbImage;
 
 use super::SynthParams;
+use super::bake::SHARPENING;
 use super::flat::FlatMesh;
 use crate::geom::PolyMesh;
 use crate::photo::delight::{ReducedCrown, Shading, foliage_at};
-use crate::raster::{Layer, Mask, to_srgb};
+use crate::raster::{Layer, Mask};
 
 /// The photograph of the crown's front, and where object space lies in it: parallel projection along −Z.
 #[derive(Debug, Clone, Copy)]
@@ -69,11 +70,8 @@ impl FrontLayer {
         });
         // Two texels inwards the rim no longer mixes with the sky.
         let deep = inside.low_pass(1);
-        let mut layer = Layer::from_fn(width, height, |x, y| {
-            let (t, deep) = (averaged.texels[y * width + x], deep.texels[y * width + x].w);
-            let color = if t.w > 1e-3 { t.truncate() / t.w } else { Vec3::ZERO };
-            Vec3::from(color.to_array().map(|v| f32::from(to_srgb(v)))).extend(if deep > 0.85 { t.w } else { 0.0 })
-        });
+        let mut layer = averaged.straightened();
+        layer.texels.iter_mut().zip(&deep.texels).filter(|(_, d)| d.w <= 0.85).for_each(|(t, _)| t.w = 0.0);
         if layer.texels.iter().all(|t| t.w == 0.0) {
             return None;
         }
@@ -82,6 +80,7 @@ impl FrontLayer {
             t.w = 1.0 - if i.w > 0.0 { i.y / i.w } else { 0.0 };
         }
         let usable = Layer { texels: deep.texels.iter().map(|t| Vec4::splat(f32::from(t.w > 0.9))).collect(), ..deep };
+        let layer = layer.sharpened(SHARPENING);
         Some(Self { layer, usable, origin_px, texels_per_px, foot_px: front.foot_px, metres_per_px: front.metres_per_px })
     }
 
@@ -116,7 +115,7 @@ impl FrontLayer {
             .map(|(p, polygon)| {
                 let corners = || polygon.iter().map(|&v| mesh.positions[v as usize]);
                 let middle = corners().sum::<Vec3>() / polygon.len() as f32;
-                normals[p].z > least && flat.flats[p].normal.z > 0.3 * least && corners().chain([middle]).all(|c| self.shows(c))
+                normals[p].z > least && flat.flats[p].normal.z > 0.75 * least && corners().chain([middle]).all(|c| self.shows(c))
             })
             .collect()
     }

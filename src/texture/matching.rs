@@ -40,11 +40,29 @@ pub(super) struct Matcher {
     used: Vec<f32>,
     cells: [usize; 2],
     total: f32,
+    gaps: Gaps,
+}
+
+/// Keeps the gaps at their share: a border that happens to fit well must neither breed nor starve them.
+struct Gaps {
+    /// The part of the surroundings of each exemplar texel that is transparent.
+    around: Vec<f32>,
+    /// The share aimed at, and the area and gap area placed so far.
+    target: f32,
+    placed: [f32; 2],
+}
+
+impl Gaps {
+    /// The share the next block should have so that the whole comes back to the target.
+    fn wanted(&self) -> f32 {
+        let so_far = if self.placed[0] > 0.0 { self.placed[1] / self.placed[0] } else { self.target };
+        (self.target + 4.0 * (self.target - so_far)).clamp(0.0, 1.0)
+    }
 }
 
 impl Matcher {
-    /// `reach` is the largest distance of a sample from its polygon's middle, texels.
-    pub(super) fn new(exemplar: &Layer, reach: f32) -> Self {
+    /// `reach` is the largest distance of a sample from its polygon's middle, texels; `gap_share` the part of the surface to be gaps.
+    pub(super) fn new(exemplar: &Layer, reach: f32, gap_share: f32) -> Self {
         let side = [exemplar.width, exemplar.height];
         let pad = (reach.ceil() as usize).min(side[0].max(side[1])) + 4;
         let stride = side[0] + 2 * pad;
@@ -53,14 +71,34 @@ impl Matcher {
             t.truncate().extend(255.0 * t.w)
         });
         let cells = side.map(|s| s.div_ceil(CELL));
-        Self { padded: padded.texels, stride, pad, side, used: vec![0.0; cells[0] * cells[1]], cells, total: 0.0 }
+        let holes = exemplar.texels.iter().map(|t| Vec4::new(f32::from(t.w < 0.5), 0.0, 0.0, 1.0)).collect();
+        let holes = Layer { texels: holes, ..*exemplar }.low_pass((0.3 * reach).clamp(1.0, 64.0) as usize);
+        let around: Vec<f32> = holes.texels.iter().map(|t| t.x / t.w.max(1e-6)).collect();
+        // No more than the exemplar could give at best.
+        let target = gap_share.min(around.iter().copied().fold(0.0, f32::max));
+        let gaps = Gaps { around, target, placed: [0.0; 2] };
+        Self { padded: padded.texels, stride, pad, side, used: vec![0.0; cells[0] * cells[1]], cells, total: 0.0, gaps }
     }
 
     /// Notes that a block was taken from round `center`, so that the next one is rather taken elsewhere.
-    pub(super) fn note(&mut self, center: Vec2) {
+    pub(super) fn note(&mut self, center: Vec2, area: f32) {
+        self.gaps.placed[0] += area;
+        self.gaps.placed[1] += area * self.gaps.around[self.texel(center.x as i64, center.y as i64)];
         let cell = self.cell(center.x as i64, center.y as i64);
         self.used[cell] += 1.0;
         self.total += 1.0;
+    }
+
+    /// What a place's cost is multiplied with: more where the exemplar was used often, and where the share of gaps is not the wanted one.
+    fn worn(&self, x: i64, y: i64) -> f32 {
+        let cells = self.used.len() as f32;
+        let often = self.used[self.cell(x, y)] * cells / (self.total + cells);
+        1.0 + 0.25 * often + 2.0 * (self.gaps.around[self.texel(x, y)] - self.gaps.wanted()).abs()
+    }
+
+    fn texel(&self, x: i64, y: i64) -> usize {
+        let at = |v: i64, axis: usize| (v.max(0) as usize).min(self.side[axis] - 1);
+        at(y, 1) * self.side[0] + at(x, 0)
     }
 
     fn cell(&self, x: i64, y: i64) -> usize {
@@ -88,7 +126,7 @@ impl Matcher {
             let [xs, ys] = self.places(flat, linear);
             let step = ((((xs.1 - xs.0 + 1) * (ys.1 - ys.0 + 1)) as f32 / PLACES as f32).sqrt().ceil() as i64).max(1);
             let try_at = |x: i64, y: i64, best: &mut (f32, Mat2, (i64, i64))| {
-                let worn = 1.0 + 0.25 * self.used[self.cell(x, y)] * self.used.len() as f32 / (self.total + self.used.len() as f32);
+                let worn = self.worn(x, y);
                 let cost = worn * self.cost(&probes, x, y, best.0 / worn);
                 if cost < best.0 {
                     *best = (cost, linear, (x, y));
@@ -123,7 +161,10 @@ impl Matcher {
         let middle = flat.middle();
         let center = map.transform_point2(middle).floor();
         match self.probes(samples, middle, map.matrix2) {
-            Some(probes) => self.cost(&probes, center.x as i64, center.y as i64, f32::INFINITY),
+            Some(probes) => {
+                let (x, y) = (center.x as i64, center.y as i64);
+                self.worn(x, y) * self.cost(&probes, x, y, f32::INFINITY)
+            }
             None => f32::INFINITY,
         }
     }

@@ -10,6 +10,7 @@ mod flat;
 mod front;
 mod matching;
 mod measure;
+mod relax;
 mod synth;
 #[cfg(test)]
 mod test_shapes;

@@ -29,7 +29,7 @@ crate::params! {
         /// Texture of the polygons that faced the camera.
         front: FrontChoice = FrontChoice::Photo, unit "", source "ours: the tree on the map should be the tree in the picture";
         /// Largest angle between a polygon's normal and the camera at which it takes the photograph's texture.
-        front_angle_deg: f64 = 58.0, in 5.0..=80.0, unit "°", source "ours: beyond it the texture stretches twofold";
+        front_angle_deg: f64 = 52.0, in 5.0..=80.0, unit "°", source "ours: beyond it the photograph would stretch by more than 1.6";
         /// Largest turn away from upright that extension may accumulate before a block is matched anew.
         lean_limit_deg: f64 = 25.0, in 0.0..=180.0, unit "°", source "ours: foliage hangs";
     }
@@ -122,7 +122,7 @@ pub fn synthesize(
     };
     let density = texels_per_m as f32;
     let reach = flat.flats.iter().flat_map(|f| f.corners().iter().map(|c| c.distance(f.middle()))).fold(0.0, f32::max) * density;
-    let matcher = Matcher::new(&layer, reach + SPACING + ASIDE);
+    let matcher = Matcher::new(&layer, reach + SPACING + ASIDE, exemplar.gap_fraction as f32);
     let mut grower = Grower { flat: &flat, layer: &layer, front: front.as_ref(), gains: &gains, matcher, density, params, seed };
     let (blocks, counts) = grower.grow(&facing);
     Ok(VirtualTexture { texels_per_m, blocks, counts, flat, front, gains })
@@ -209,7 +209,7 @@ impl Grower<'_> {
                 self.matched(p, &known, &extensions, up, jitter)
             }
         };
-        self.matcher.note(map.transform_point2(flat.middle()));
+        self.matcher.note(map.transform_point2(flat.middle()), flat.area);
         let corners = flat.corners.map(|c| map.transform_point2(c));
         Block { source: BlockSource::Exemplar, corners, cv: known.len() as u8, map }
     }

@@ -24,7 +24,7 @@ pub fn crown_of_revolution(rings: usize, profile: impl Fn(f32) -> (f32, f32), di
     let mut mesh = PolyMesh::default();
     let disturbed = |p: Vec3, item: usize| {
         let mut d = Seed(5).keyed("test-shape", item as u64);
-        p + disturbance * Vec3::new(d.signed() as f32, d.signed() as f32, d.signed() as f32)
+        p + disturbance * p.x.hypot(p.z) * Vec3::new(d.signed() as f32, d.signed() as f32, d.signed() as f32)
     };
     let lift = 2.5;
     let (bottom, top) = (profile(0.0).1, profile(std::f32::consts::PI).1);
@@ -64,5 +64,5 @@ pub fn leafy(side: u32) -> Exemplar {
             if value(x / 2, 5000 + y / 2) < 1.0 / 12.0 { 0 } else { 255 },
         ])
     });
-    Exemplar { image, window_px: Rect { x: 0, y: 0, width: side, height: side }, scale: 1.0 }
+    Exemplar { image, window_px: Rect { x: 0, y: 0, width: side, height: side }, scale: 1.0, gap_fraction: 1.0 / 12.0 }
 }
