@@ -5,9 +5,22 @@ use crate::{Error, Result, Warning};
 
 use super::Photo;
 use bits::Bits;
+use features::Scene;
+use small::Small;
 
+mod auto;
 mod bits;
+pub mod features;
 mod hsv;
+pub mod model;
+mod palette;
+mod refine;
+pub mod shape;
+mod sky;
+pub mod small;
+mod star;
+mod trunk;
+mod weights;
 
 pub use hsv::{hue_deg, hue_name};
 
@@ -111,8 +124,70 @@ pub fn segment(photo: &Photo, params: &SegmentParams, hints: &Hints) -> Result<S
         return Err(Error::PictureTooSmall { width, height });
     }
     hints.validate(width, height)?;
+    let small = Small::new(&photo.image);
+    refuse_blank(&small)?;
+    let scene = Scene::new(small);
+    let mut result = match (&hints.mask, params.method) {
+        (Some(mask), _) => from_mask(mask),
+        (None, Method::Hsv) => by_hue(photo, params, hints)?,
+        (None, Method::Auto) => by_looks(photo, &scene, hints)?,
+    };
+    complete(photo, &scene, hints, &mut result);
+    Ok(result)
+}
+
+/// Refuses a picture that is nothing but one colour.
+fn refuse_blank(small: &Small) -> Result<()> {
+    let colours = |c: usize| small.lab.iter().map(move |p| p[c]);
+    let spread = (0..3).map(|c| colours(c).fold(f32::MIN, f32::max) - colours(c).fold(f32::MAX, f32::min)).fold(0.0, f32::max);
+    if spread < 4.0 { Err(Error::NothingToSee { what: "one colour" }) } else { Ok(()) }
+}
+
+/// A crown so far, without trunk, gaps and warnings.
+fn bare(crown: &Bits, steps: Vec<(&'static str, Mask)>, hue_deg: (f64, f64)) -> Segmentation {
+    let crown = crown.to_mask();
+    let empty = Mask::new(crown.width(), crown.height());
+    Segmentation { tree: empty.clone(), gaps: empty, crown, steps, hue_deg, warnings: Vec::new() }
+}
+
+/// The crown as a person drew it.
+fn from_mask(mask: &Mask) -> Segmentation {
+    let crown = Bits::from_mask(mask).largest_component().fill_holes();
+    bare(&crown, vec![("given mask", mask.clone())], (0.0, 360.0))
+}
+
+/// The paper's method.
+fn by_hue(photo: &Photo, params: &SegmentParams, hints: &Hints) -> Result<Segmentation> {
     let range = hints.hue_deg.unwrap_or(hsv::HUE_OF_SHE_DEG);
-    let steps = hsv::segment(&photo.image, range, params.opening_px, params.closing_px);
-    let crown = steps.crown.to_mask();
-    Ok(Segmentation { tree: crown.clone(), gaps: Mask::new(width, height), crown, steps: vec![], hue_deg: range, warnings: vec![] })
+    let found = hsv::segment(&photo.image, range, params.opening_px, params.closing_px);
+    let steps = vec![("threshold", found.threshold.to_mask()), ("opening", found.opened.to_mask()), ("closing", found.closed.to_mask())];
+    Ok(bare(&found.crown, steps, range))
+}
+
+/// Our own.
+fn by_looks(photo: &Photo, scene: &Scene, hints: &Hints) -> Result<Segmentation> {
+    let size = photo.image.dimensions();
+    let found = auto::find(scene, hints, photo.opaque.as_ref(), size);
+    let crown = refine::refine(&photo.image, &scene.small, &found.crown);
+    let steps = vec![("evidence", enlarge(&found.evidence, &scene.small, size)), ("shape", enlarge(&found.crown, &scene.small, size))];
+    Ok(bare(&crown, steps, (0.0, 360.0)))
+}
+
+/// A set of reduced pixels at the photograph's size.
+fn enlarge(set: &[bool], small: &Small, (width, height): (u32, u32)) -> Mask {
+    let columns: Vec<usize> = (0..width as usize).map(|x| x * small.width / width as usize).collect();
+    let mut mask = Mask::new(width, height);
+    for (y, row) in mask.as_raw_mut().chunks_mut(width as usize).enumerate() {
+        let from = &set[y * small.height / height as usize * small.width..][..small.width];
+        row.iter_mut().zip(&columns).for_each(|(v, &x)| *v = 255 * u8::from(from[x]));
+    }
+    mask
+}
+
+/// Adds trunk, gaps, outline and warnings.
+fn complete(photo: &Photo, scene: &Scene, _hints: &Hints, result: &mut Segmentation) {
+    let size = photo.image.dimensions();
+    let crown: Vec<bool> = Small::new_mask(&result.crown, &scene.small);
+    let trunk: Vec<bool> = trunk::with_trunk(&scene.small, &crown).iter().zip(&crown).map(|(t, c)| *t && !c).collect();
+    result.tree = enlarge(&trunk, &scene.small, size).zip(&result.crown, |a, b| a || b);
 }

@@ -1,0 +1,259 @@
+//! Learns the weights of `--method auto` from photographs with drawn crowns, and says what they are worth on photographs they have
+//! not seen.
+//!
+//! `cargo run --release --example train_segmentation -- PHOTOS MASKS [weights.rs]`; a mask is `<stem>_crown.png`.
+
+use std::path::{Path, PathBuf};
+
+use image::RgbImage;
+use rayon::prelude::*;
+use sphereboard::Seed;
+use sphereboard::photo::segment::features::{FIRST, HIDDEN_FIRST, HIDDEN_SECOND, NETWORKS, SECOND, Scene};
+use sphereboard::photo::segment::model::{Network, committee};
+use sphereboard::photo::segment::shape::crown;
+use sphereboard::photo::segment::small::Small;
+
+/// Parts cut from each photograph, in addition to the whole.
+const PARTS: usize = 4;
+const DECAY: f32 = 1.5e-3;
+const FOLDS: usize = 5;
+/// Pixels drawn from each picture.
+const SAMPLES: usize = 1500;
+/// These show the same tree as a pair of the test set.
+const HELD_OUT: [&str; 4] = ["fagus_grandifolia_05", "pseudotsuga_menziesii_19", "catalpa_speciosa_43", "maclura_pomifera_33"];
+
+/// One picture: its analysis, the truth per pixel of the reduced picture, and the number of the photograph it comes from.
+struct Example {
+    photo: usize,
+    original: bool,
+    scene: Scene,
+    truth: Vec<bool>,
+    first: Vec<f32>,
+}
+
+fn example(photo: usize, image: &RgbImage, mask: &RgbImage, original: bool) -> Example {
+    let scene = Scene::new(Small::new(image));
+    let truth = Small::new(mask).rgb.iter().map(|c| c[0] >= 128.0).collect();
+    let first = scene.first();
+    Example { photo, original, scene, truth, first }
+}
+
+/// The photograph, and parts of it that keep most of the crown.
+fn examples(photo: usize, path: &Path, mask: &Path) -> Vec<Example> {
+    let image = image::open(path).expect("a photograph").to_rgb8();
+    let mask = image::open(mask).expect("a mask").to_rgb8();
+    let mut out = vec![example(photo, &image, &mask, true)];
+    let (w, h) = image.dimensions();
+    for part in 0..PARTS {
+        let mut draws = Seed(1).keyed("part", (photo * 64 + part) as u64);
+        let mut cut = |n: u32| (0.22 * draws.unit() * draws.unit().sqrt() * f64::from(n)) as u32;
+        let (left, right, top, bottom) = (cut(w), cut(w), cut(h) / 2, cut(h));
+        let crop = |i: &RgbImage| image::imageops::crop_imm(i, left, top, w - left - right, h - top - bottom).to_image();
+        let mut light = crop(&image);
+        let gamma = 1.0 + 0.25 * draws.signed();
+        let gain: [f64; 3] = std::array::from_fn(|_| 1.0 + 0.1 * draws.signed());
+        for p in light.pixels_mut() {
+            (0..3).for_each(|c| p.0[c] = (255.0 * gain[c] * (f64::from(p.0[c]) / 255.0).powf(gamma)).min(255.0) as u8);
+        }
+        out.push(example(photo, &light, &crop(&mask), false));
+    }
+    out
+}
+
+/// Adam on the logistic loss; every picture counts the same. `data` yields (features, truth) of each picture.
+fn train(inputs: usize, hidden: usize, data: &[(&[f32], &[bool])], seed: u64) -> Vec<f32> {
+    let size = Network::size(inputs, hidden);
+    let mut draws = Seed(seed).keyed("weights", 0);
+    let mut weights: Vec<f32> = (0..size).map(|_| (draws.signed() * (1.5 / inputs as f64).sqrt()) as f32).collect();
+    let samples: Vec<(&[f32], f32)> = data
+        .iter()
+        .flat_map(|(features, truth)| (0..SAMPLES).map(|_| draws.below(truth.len())).collect::<Vec<_>>().into_iter().map(|i| {
+            (&features[i * inputs..(i + 1) * inputs], f32::from(u8::from(truth[i])))
+        }))
+        .collect();
+    let (mut m, mut v) = (vec![0.0f32; size], vec![0.0f32; size]);
+    let (batch, epochs) = (256, 24);
+    let steps = epochs * samples.len() / batch;
+    for step in 0..steps {
+        let mut gradient = vec![0.0f32; size];
+        for _ in 0..batch {
+            let (x, t) = samples[draws.below(samples.len())];
+            backward(inputs, hidden, &weights, x, t, &mut gradient);
+        }
+        let rate = 0.01 * (1.0 - step as f32 / steps as f32);
+        for i in 0..size {
+            let g = gradient[i] / batch as f32 + DECAY * weights[i];
+            m[i] = 0.9 * m[i] + 0.1 * g;
+            v[i] = 0.99 * v[i] + 0.01 * g * g;
+            weights[i] -= rate * m[i] / (v[i].sqrt() + 1e-6);
+        }
+    }
+    weights
+}
+
+fn backward(inputs: usize, hidden: usize, weights: &[f32], x: &[f32], truth: f32, gradient: &mut [f32]) {
+    let output = hidden * (inputs + 1);
+    let mut active = vec![0.0; hidden];
+    let mut logit = weights[output + hidden];
+    for k in 0..hidden {
+        let unit = &weights[k * (inputs + 1)..(k + 1) * (inputs + 1)];
+        active[k] = (unit[..inputs].iter().zip(x).map(|(w, v)| w * v).sum::<f32>() + unit[inputs]).max(0.0);
+        logit += active[k] * weights[output + k];
+    }
+    let error = 1.0 / (1.0 + (-logit).exp()) - truth;
+    gradient[output + hidden] += error;
+    for k in 0..hidden {
+        gradient[output + k] += error * active[k];
+        if active[k] > 0.0 {
+            let back = error * weights[output + k];
+            let unit = &mut gradient[k * (inputs + 1)..(k + 1) * (inputs + 1)];
+            unit[..inputs].iter_mut().zip(x).for_each(|(g, v)| *g += back * v);
+            unit[inputs] += back;
+        }
+    }
+}
+
+fn iou(logits: &[f32], truth: &[bool]) -> f64 {
+    let both = logits.iter().zip(truth).filter(|(l, t)| **l > 0.0 && **t).count();
+    let either = logits.iter().zip(truth).filter(|(l, t)| **l > 0.0 || **t).count();
+    both as f64 / either.max(1) as f64
+}
+
+fn rust_table(name: &str, weights: &[f32]) -> String {
+    let rows: Vec<String> = weights.chunks(12).map(|r| format!("    {},", r.iter().map(|w| format!("{w:.3}")).collect::<Vec<_>>().join(", "))).collect();
+    format!("pub const {name}: [f32; {}] = [\n{}\n];\n", weights.len(), rows.join("\n"))
+}
+
+/// The weights of both looks.
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
+struct Weights {
+    looks: Vec<Vec<f32>>,
+}
+
+impl Weights {
+    fn logits(&self, scene: &Scene) -> [Vec<f32>; 2] {
+        let first = committee(FIRST, HIDDEN_FIRST, &self.looks[0], &scene.first());
+        let second = committee(SECOND, HIDDEN_SECOND, &self.looks[1], &scene.second(&first));
+        [first, second]
+    }
+}
+
+/// Weights per fold, and from all pictures.
+fn learn(rows: &[Row]) -> Vec<Weights> {
+    let all: Vec<Example> = rows.par_iter().enumerate().filter(|(_, r)| !HELD_OUT.contains(&r.name.as_str())).flat_map_iter(|(i, r)| examples(i, &r.image, &r.masks[0])).collect();
+    println!("{} pictures", all.len());
+    // Each picture's first look is by weights that have not seen its photograph.
+    let folds: Vec<usize> = (0..=FOLDS).collect();
+    let learned = |e: &Example, fold: usize| e.photo % FOLDS != fold;
+    let mut weights = vec![Weights { looks: vec![] }; FOLDS + 1];
+    let mut features: Vec<Vec<f32>> = all.iter().map(|e| e.first.clone()).collect();
+    for look in 0..2 {
+        let (inputs, hidden) = if look == 0 { (FIRST, HIDDEN_FIRST) } else { (SECOND, HIDDEN_SECOND) };
+        let learned: Vec<Vec<f32>> = folds
+            .par_iter()
+            .map(|&fold| {
+                let data: Vec<_> = all.iter().zip(&features).filter(|(e, _)| learned(e, fold)).map(|(e, f)| (&f[..], &e.truth[..])).collect();
+                (0..NETWORKS).flat_map(|k| train(inputs, hidden, &data, 7 + look + 100 * k as u64)).collect()
+            })
+            .collect();
+        features = all.par_iter().zip(&features).map(|(e, f)| e.scene.second(&committee(inputs, hidden, &learned[e.photo % FOLDS], f))).collect();
+        weights.iter_mut().zip(learned).for_each(|(w, l)| w.looks.push(l));
+    }
+    weights
+}
+
+struct Row {
+    name: String,
+    image: PathBuf,
+    masks: Vec<PathBuf>,
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn pairs(folder: &Path) -> Vec<Row> {
+    let table = std::fs::read_to_string(folder.join("PAIRS.csv")).expect("PAIRS.csv in the folder");
+    let rows = table.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
+    let wanted = |r: &Vec<&str>| ["human", "exact-alpha", "drawn"].contains(&r[3]) && r[4] == "yes" && r[5] == "yes";
+    rows.filter(wanted)
+        .map(|r| Row {
+            name: stem(Path::new(r[0])),
+            image: folder.join(r[0]),
+            masks: r[1..3].iter().filter(|m| !m.is_empty()).map(|m| folder.join(m)).collect(),
+        })
+        .collect()
+}
+
+/// Pictures of a folder whose crown lies in another as `<stem>_crown.png`.
+fn drawn(photos: &Path, masks: &Path) -> Vec<Row> {
+    let mut files: Vec<_> = std::fs::read_dir(photos).expect("a folder").map(|e| e.expect("readable").path()).collect();
+    files.sort();
+    let row = |image: PathBuf| Row { name: stem(&image), masks: vec![masks.join(format!("{}_crown.png", stem(&image)))], image };
+    files.into_iter().map(row).filter(|r| r.masks[0].exists()).collect()
+}
+
+/// Prints the table of a set; `weights` gives those that have not seen the picture.
+fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Weights + Sync, out: &Path) {
+    let results: Vec<[f64; 3]> = rows
+        .par_iter()
+        .enumerate()
+        .map(|(i, row)| {
+            let scene = Scene::new(Small::new(&image::open(&row.image).expect("a photograph").to_rgb8()));
+            let [a, b] = weights(i).logits(&scene);
+            let shape = crown(&scene, &b);
+            let shape: Vec<f32> = shape.iter().map(|&s| if s { 1.0 } else { -1.0 }).collect();
+            let (w, h) = (scene.small.width as u32, scene.small.height as u32);
+            let draw = |suffix: &str, values: &[f32]| {
+                let grey = values.iter().map(|v| (255.0 / (1.0 + (-v).exp())) as u8).collect();
+                image::GrayImage::from_raw(w, h, grey).expect("one byte a pixel").save(out.join(format!("{}.{suffix}.png", row.name))).expect("written");
+            };
+            draw("first", &a);
+            draw("second", &b);
+            draw("shape", &shape.iter().map(|v| 20.0 * v).collect::<Vec<_>>());
+            draw("sky", &scene.sky.likeness.iter().zip(&scene.sky.grown).map(|(l, g)| 8.0 * (l - 0.5) + if *g { 4.0 } else { -4.0 }).collect::<Vec<_>>());
+            [&a, &b, &shape].map(|l| {
+                row.masks
+                    .iter()
+                    .map(|m| {
+                        let truth: Vec<bool> = Small::new(&image::open(m).expect("a mask").to_rgb8()).rgb.iter().map(|c| c[0] >= 128.0).collect();
+                        iou(l, &truth)
+                    })
+                    .fold(0.0, f64::max)
+            })
+        })
+        .collect();
+    for (row, [a, b, c]) in rows.iter().zip(&results) {
+        println!("{:40} {a:.3} {b:.3} {c:.3}", row.name);
+    }
+    print!("{title}:");
+    for look in 0..3 {
+        let mut v: Vec<f64> = results.iter().map(|r| r[look]).collect();
+        v.sort_by(f64::total_cmp);
+        print!("  mean {:.3} median {:.3} low {}", v.iter().sum::<f64>() / v.len() as f64, v[v.len() / 2], v.iter().filter(|&&v| v < 0.5).count());
+    }
+    println!();
+}
+
+fn main() {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let single = drawn(Path::new(&args[0]), Path::new(&args[1]));
+    let (cache, out) = (Path::new(&args[3]), Path::new(&args[4]));
+    let weights: Vec<Weights> = if cache.exists() {
+        serde_json::from_slice(&std::fs::read(cache).expect("readable")).expect("weights")
+    } else {
+        let weights = learn(&single);
+        std::fs::write(cache, serde_json::to_vec(&weights).expect("numbers")).expect("written");
+        weights
+    };
+    report("photographs of the training set, unseen", &single, |i| weights[i % FOLDS].clone(), out);
+    report("pairs", &pairs(Path::new(&args[2])), |_| weights[FOLDS].clone(), out);
+    if let Some(file) = args.get(5) {
+        let text = format!(
+            "//! Weights learned by `examples/train_segmentation.rs`; not to be edited.\n\n/// First look.\n{}\n/// Second look.\n{}",
+            rust_table("FIRST_LOOK", &weights[FOLDS].looks[0]),
+            rust_table("SECOND_LOOK", &weights[FOLDS].looks[1])
+        );
+        std::fs::write(file, text).expect("a written table");
+    }
+}
