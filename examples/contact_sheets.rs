@@ -79,7 +79,7 @@ fn photographs(folder: &Path) -> Vec<PathBuf> {
     let is_photo = |path: &PathBuf| {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-        (extension == "jpg" || extension == "png") && !stem.ends_with("_mask") && !stem.ends_with("_crown")
+        (extension == "jpg" || extension == "png") && !["_mask", "_crown", "_gaps"].iter().any(|end| stem.ends_with(end))
     };
     paths.retain(is_photo);
     paths.sort();

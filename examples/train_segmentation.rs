@@ -67,9 +67,13 @@ fn train(inputs: usize, hidden: usize, data: &[(&[f32], &[bool])], seed: u64) ->
     let mut weights: Vec<f32> = (0..size).map(|_| (draws.signed() * (1.5 / inputs as f64).sqrt()) as f32).collect();
     let samples: Vec<(&[f32], f32)> = data
         .iter()
-        .flat_map(|(features, truth)| (0..SAMPLES).map(|_| draws.below(truth.len())).collect::<Vec<_>>().into_iter().map(|i| {
-            (&features[i * inputs..(i + 1) * inputs], f32::from(u8::from(truth[i])))
-        }))
+        .flat_map(|(features, truth)| {
+            (0..SAMPLES)
+                .map(|_| draws.below(truth.len()))
+                .collect::<Vec<_>>()
+                .into_iter()
+                .map(|i| (&features[i * inputs..(i + 1) * inputs], f32::from(u8::from(truth[i]))))
+        })
         .collect();
     let (mut m, mut v) = (vec![0.0f32; size], vec![0.0f32; size]);
     let (batch, epochs) = (256, 24);
@@ -120,7 +124,10 @@ fn iou(logits: &[f32], truth: &[bool]) -> f64 {
 }
 
 fn rust_table(name: &str, weights: &[f32]) -> String {
-    let rows: Vec<String> = weights.chunks(12).map(|r| format!("    {},", r.iter().map(|w| format!("{w:.3}")).collect::<Vec<_>>().join(", "))).collect();
+    let rows: Vec<String> = weights
+        .chunks(12)
+        .map(|r| format!("    {},", r.iter().map(|w| format!("{w:.3}")).collect::<Vec<_>>().join(", ")))
+        .collect();
     format!("pub const {name}: [f32; {}] = [\n{}\n];\n", weights.len(), rows.join("\n"))
 }
 
@@ -140,7 +147,12 @@ impl Weights {
 
 /// Weights per fold, and from all pictures.
 fn learn(rows: &[Row]) -> Vec<Weights> {
-    let all: Vec<Example> = rows.par_iter().enumerate().filter(|(_, r)| !HELD_OUT.contains(&r.name.as_str())).flat_map_iter(|(i, r)| examples(i, &r.image, &r.masks[0])).collect();
+    let all: Vec<Example> = rows
+        .par_iter()
+        .enumerate()
+        .filter(|(_, r)| !HELD_OUT.contains(&r.name.as_str()))
+        .flat_map_iter(|(i, r)| examples(i, &r.image, &r.masks[0]))
+        .collect();
     println!("{} pictures", all.len());
     // Each picture's first look is by weights that have not seen its photograph.
     let folds: Vec<usize> = (0..=FOLDS).collect();
@@ -152,11 +164,16 @@ fn learn(rows: &[Row]) -> Vec<Weights> {
         let learned: Vec<Vec<f32>> = folds
             .par_iter()
             .map(|&fold| {
-                let data: Vec<_> = all.iter().zip(&features).filter(|(e, _)| learned(e, fold)).map(|(e, f)| (&f[..], &e.truth[..])).collect();
+                let data: Vec<_> =
+                    all.iter().zip(&features).filter(|(e, _)| learned(e, fold)).map(|(e, f)| (&f[..], &e.truth[..])).collect();
                 (0..NETWORKS).flat_map(|k| train(inputs, hidden, &data, 7 + look + 100 * k as u64)).collect()
             })
             .collect();
-        features = all.par_iter().zip(&features).map(|(e, f)| e.scene.second(&committee(inputs, hidden, &learned[e.photo % FOLDS], f))).collect();
+        features = all
+            .par_iter()
+            .zip(&features)
+            .map(|(e, f)| e.scene.second(&committee(inputs, hidden, &learned[e.photo % FOLDS], f)))
+            .collect();
         weights.iter_mut().zip(learned).for_each(|(w, l)| w.looks.push(l));
     }
     weights
@@ -206,17 +223,30 @@ fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Weights + Sync, 
             let (w, h) = (scene.small.width as u32, scene.small.height as u32);
             let draw = |suffix: &str, values: &[f32]| {
                 let grey = values.iter().map(|v| (255.0 / (1.0 + (-v).exp())) as u8).collect();
-                image::GrayImage::from_raw(w, h, grey).expect("one byte a pixel").save(out.join(format!("{}.{suffix}.png", row.name))).expect("written");
+                image::GrayImage::from_raw(w, h, grey)
+                    .expect("one byte a pixel")
+                    .save(out.join(format!("{}.{suffix}.png", row.name)))
+                    .expect("written");
             };
             draw("first", &a);
             draw("second", &b);
             draw("shape", &shape.iter().map(|v| 20.0 * v).collect::<Vec<_>>());
-            draw("sky", &scene.sky.likeness.iter().zip(&scene.sky.grown).map(|(l, g)| 8.0 * (l - 0.5) + if *g { 4.0 } else { -4.0 }).collect::<Vec<_>>());
+            draw(
+                "sky",
+                &scene
+                    .sky
+                    .likeness
+                    .iter()
+                    .zip(&scene.sky.grown)
+                    .map(|(l, g)| 8.0 * (l - 0.5) + if *g { 4.0 } else { -4.0 })
+                    .collect::<Vec<_>>(),
+            );
             [&a, &b, &shape].map(|l| {
                 row.masks
                     .iter()
                     .map(|m| {
-                        let truth: Vec<bool> = Small::new(&image::open(m).expect("a mask").to_rgb8()).rgb.iter().map(|c| c[0] >= 128.0).collect();
+                        let truth: Vec<bool> =
+                            Small::new(&image::open(m).expect("a mask").to_rgb8()).rgb.iter().map(|c| c[0] >= 128.0).collect();
                         iou(l, &truth)
                     })
                     .fold(0.0, f64::max)
@@ -230,7 +260,12 @@ fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Weights + Sync, 
     for look in 0..3 {
         let mut v: Vec<f64> = results.iter().map(|r| r[look]).collect();
         v.sort_by(f64::total_cmp);
-        print!("  mean {:.3} median {:.3} low {}", v.iter().sum::<f64>() / v.len() as f64, v[v.len() / 2], v.iter().filter(|&&v| v < 0.5).count());
+        print!(
+            "  mean {:.3} median {:.3} low {}",
+            v.iter().sum::<f64>() / v.len() as f64,
+            v[v.len() / 2],
+            v.iter().filter(|&&v| v < 0.5).count()
+        );
     }
     println!();
 }

@@ -6,7 +6,9 @@ use rayon::prelude::*;
 pub fn committee(inputs: usize, hidden: usize, weights: &[f32], rows: &[f32]) -> Vec<f32> {
     let size = Network::size(inputs, hidden);
     let members = (weights.len() / size) as f32;
-    let vote = |row: &[f32]| weights.chunks_exact(size).map(|weights| Network { inputs, hidden, weights }.logit(row)).sum::<f32>() / members;
+    let vote = |row: &[f32]| {
+        weights.chunks_exact(size).map(|weights| Network { inputs, hidden, weights }.logit(row)).sum::<f32>() / members
+    };
     rows.par_chunks_exact(inputs).map(vote).collect()
 }
 
