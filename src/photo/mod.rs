@@ -5,6 +5,7 @@
 pub mod decode;
 pub mod exemplar;
 mod profile;
+mod rare_tiff;
 pub mod segment;
 pub mod silhouette;
 pub mod trunk;
