@@ -72,7 +72,7 @@ fn every_kind_of_colour_arrives_as_srgb() {
         assert_patches(name, &decode(&fixture(name), &params()).unwrap().image, &patches(), 3);
     }
     // A palette of "web-safe" colours rounds to steps of 51.
-    for name in ["palette.png", "palette.bmp"] {
+    for name in ["palette.png", "palette.bmp", "palette.tif"] {
         assert_patches(name, &decode(&fixture(name), &params()).unwrap().image, &patches(), 52);
     }
 }
@@ -90,6 +90,17 @@ fn grey_becomes_rgb_and_floats_are_clamped() {
         assert_patches(what, &photo.image, &expected, 0);
         assert!(photo.opaque.is_none(), "{what}: all pixels are opaque");
     }
+    // The files were greyed by the weights of ITU-R BT.601, not by ours.
+    let weighed = |c: [u8; 3]| (299 * u32::from(c[0]) + 587 * u32::from(c[1]) + 114 * u32::from(c[2])) as f32 / 1000.0;
+    let greyed = |factor: f32| {
+        let grey = |x, y| Rgb([(factor * weighed(patches().get_pixel(x, y).0)).min(255.0) as u8; 3]);
+        RgbImage::from_fn(48, 32, grey)
+    };
+    let cut_out = decode(&fixture("grey_alpha.tif"), &params()).unwrap();
+    assert_patches("grey and alpha in TIFF", &cut_out.image, &greyed(1.0), 1);
+    assert_eq!(cut_out.opaque.expect("the last column is transparent").count(), 40 * 32);
+    let bright = decode(&fixture("grey_float.tif"), &params()).unwrap().image;
+    assert_patches("floating-point grey in TIFF, 1.5 times as bright", &bright, &greyed(1.5), 1);
     let glaring = image::Rgb32FImage::from_fn(4, 4, |x, _| Rgb([[-1.0, 0.5, 7.0], [f32::NAN, 1.0, f32::INFINITY]][x as usize % 2]));
     let photo = decode_bytes(&encoded(&DynamicImage::ImageRgb32F(glaring), ImageFormat::Tiff), &params()).unwrap();
     assert_eq!(photo.image.get_pixel(0, 0).0, [0, 128, 255]);

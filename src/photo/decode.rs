@@ -8,6 +8,7 @@ use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, RgbImage};
 
 use super::profile::convert_to_srgb;
+use super::rare_tiff;
 use crate::raster::Mask;
 use crate::{Error, Result, files};
 
@@ -59,7 +60,15 @@ pub fn decode_bytes(bytes: &[u8], params: &DecodeParams) -> Result<Photo> {
 
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.no_limits(); // Set below, once the header has told the size.
-    let mut decoder = reader.into_decoder().map_err(|e| explain(e, format, name, bytes))?;
+    let mut decoder = match reader.into_decoder() {
+        Ok(decoder) => decoder,
+        Err(error @ ImageError::Unsupported(_)) if format == ImageFormat::Tiff => {
+            let most = (params.max_megapixels * 1e6) as usize * MOST_BYTES_PER_PIXEL as usize;
+            let (image, orientation) = rare_tiff::decode(bytes, most).ok_or_else(|| explain(error, format, name, bytes))?;
+            return Ok(upright(image, None, orientation));
+        }
+        Err(error) => return Err(explain(error, format, name, bytes)),
+    };
     let (width, height) = decoder.dimensions();
     within_limit((width, height))?;
     if format == ImageFormat::Jpeg && !jpeg_reaches_its_end(bytes) {

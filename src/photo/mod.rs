@@ -8,6 +8,7 @@ pub mod delight;
 pub mod exemplar;
 mod exemplar_window;
 mod profile;
+mod rare_tiff;
 pub mod segment;
 pub mod silhouette;
 pub mod trunk;

@@ -11,7 +11,7 @@ const SAME_LEVELS: u8 = 1;
 /// Converts `image` from the colour space of an ICC profile to sRGB. A profile that is damaged, is not of RGB colours (of a CMYK
 /// picture that the decoder has converted), or is sRGB itself changes nothing.
 pub fn convert_to_srgb(image: &mut RgbImage, icc: &[u8]) {
-    let Some(transform) = transform_from(icc).filter(|t| moves_colours(t)) else { return };
+    let Some(transform) = transform_from(icc).filter(moves_colours) else { return };
     let row_bytes = 3 * image.width() as usize;
     image.as_mut().par_chunks_mut(row_bytes.max(1)).for_each_init(Vec::new, |before, row| {
         before.clear();

@@ -216,10 +216,11 @@ fn matt(colour: [f32; 4]) -> PbrMetallicRoughness {
     }
 }
 
-/// The texture as a PNG file, without its alpha channel when that says nothing.
+/// The texture as a PNG file, without its alpha channel when that says nothing. Foliage barely compresses: the highest level
+/// saves another 0.5 % at most and takes up to twice as long.
 fn png(texture: &RgbaImage) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive);
+    let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive);
     let (width, height) = texture.dimensions();
     if texture.pixels().all(|p| p[3] == 255) {
         let rgb = DynamicImage::ImageRgba8(texture.clone()).into_rgb8();
