@@ -13,7 +13,7 @@ Picture = NDArray[np.uint8]
 SUFFIXES = {".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp"}
 """Endings of the files that sphereboard decodes."""
 
-MASK_ENDINGS = ("_mask", "_crown", "_tree", ".mask", ".crown", ".tree")
+MASK_ENDINGS = ("_mask", "_crown", "_gaps")
 """Endings of the stems of masks, which lie beside their photographs and are not photographs."""
 
 

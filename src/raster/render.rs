@@ -31,13 +31,21 @@ pub struct View {
 }
 
 impl View {
-    /// The view from that side that shows all of `bounds` with a margin of 4 %.
-    pub fn around(bounds: &Bounds, azimuth_rad: f32, elevation_rad: f32, width_px: u32, height_px: u32) -> Self {
-        let mut view = Self { azimuth_rad, elevation_rad, center: bounds.center(), half_height_m: 1.0, width_px, height_px };
-        let ([right, up, _], half) = (view.axes(), 0.5 * bounds.size());
-        let reach = |axis: Vec3| axis.abs().dot(half);
+    /// The view from that side that shows all of `points` with a margin of 4 %.
+    pub fn around(
+        points: impl IntoIterator<Item = Vec3>,
+        azimuth_rad: f32,
+        elevation_rad: f32,
+        width_px: u32,
+        height_px: u32,
+    ) -> Self {
+        let mut view = Self { azimuth_rad, elevation_rad, center: Vec3::ZERO, half_height_m: 1.0, width_px, height_px };
+        let axes = view.axes();
+        let seen = Bounds::of(points.into_iter().map(|p| Vec3::from(axes.map(|axis| axis.dot(p)))));
+        let Some((middle, half)) = seen.map(|b| (b.center(), 0.5 * b.size())) else { return view };
+        view.center = axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z;
         let aspect = width_px.max(1) as f32 / height_px.max(1) as f32;
-        view.half_height_m = (1.04 * reach(up).max(reach(right) / aspect)).max(1e-3);
+        view.half_height_m = (1.04 * half.y.max(half.x / aspect)).max(1e-3);
         view
     }
 

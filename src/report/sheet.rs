@@ -6,7 +6,7 @@ use glam::Vec3;
 use image::{Rgb, RgbImage};
 
 use crate::Result;
-use crate::geom::{Bounds, Surface};
+use crate::geom::Surface;
 use crate::model::TreeModel;
 use crate::model::pipeline::ModelRun;
 use crate::raster::{Light, Material, View, render, to_linear};
@@ -41,7 +41,7 @@ pub fn picture(model: &TreeModel, azimuth_rad: f32, elevation_rad: f32, size_px:
     let crowns = model.crowns.iter().map(|c| (&c.surface, Material { texture: Some(&c.texture), ..Material::default() }));
     let trunk = model.trunk.iter().map(|t| (&t.surface, Material { factor: bark(t.bark), ..Material::default() }));
     let surfaces: Vec<(&Surface, Material)> = crowns.chain(trunk).collect();
-    let view = View::around(&bounds(model), azimuth_rad, elevation_rad, size_px, size_px);
+    let view = View::around(points(model), azimuth_rad, elevation_rad, size_px, size_px);
     Ok(without_alpha(render(&surfaces, &view, Some(&LIGHT))?.over(BACKGROUND)))
 }
 
@@ -52,7 +52,7 @@ fn untextured(model: &TreeModel, size_px: u32) -> Result<RgbImage> {
         model.crowns.iter().map(|c| &c.surface).chain(model.trunk.iter().map(|t| &t.surface)).map(|s| (s, clay)).collect();
     // Faceted shading would need split vertices; a low sun shows the shape as well.
     let light = Light { toward_sun: Vec3::new(-1.0, 0.5, 0.5), ambient: 0.2 };
-    let view = View::around(&bounds(model), 0.0, 0.0, size_px, size_px);
+    let view = View::around(points(model), 0.0, 0.0, size_px, size_px);
     Ok(without_alpha(render(&surfaces, &view, Some(&light))?.over(BACKGROUND)))
 }
 
@@ -62,10 +62,9 @@ fn bark(srgb: [u8; 3]) -> [f32; 4] {
     [r, g, b, 1.0]
 }
 
-fn bounds(model: &TreeModel) -> Bounds {
+fn points(model: &TreeModel) -> impl Iterator<Item = Vec3> {
     let surfaces = model.crowns.iter().map(|c| &c.surface).chain(model.trunk.iter().map(|t| &t.surface));
-    let points = surfaces.flat_map(|s| s.mesh.positions.iter().copied());
-    Bounds::of(points).unwrap_or(Bounds { min: Vec3::ZERO, max: Vec3::ONE })
+    surfaces.flat_map(|s| s.mesh.positions.iter().copied())
 }
 
 fn without_alpha(image: image::RgbaImage) -> RgbImage {
