@@ -11,7 +11,11 @@ use image::{ImageFormat, Rgb, RgbImage};
 use libfuzzer_sys::arbitrary::{self, Arbitrary};
 use libfuzzer_sys::fuzz_target;
 use sphereboard::photo::decode::{self, DecodeParams};
-use sphereboard::photo::segment::{self, Hints, Method, SegmentParams};
+use sphereboard::Seed;
+use sphereboard::crown::Detail;
+use sphereboard::model::glb;
+use sphereboard::model::pipeline::{self, ModelParams, Request, View};
+use sphereboard::photo::segment::{Hints, Method, SegmentParams};
 
 #[derive(Arbitrary, Debug)]
 enum Input {
@@ -94,5 +98,14 @@ fuzz_target!(|input: Input| {
     let (bytes, params, hints) = file(&input);
     // A header may promise more pixels than the few bytes hold: refuse those, or the run measures the allocator.
     let Ok(photo) = decode::decode_bytes(&bytes, &DecodeParams { max_megapixels: 1.0 }) else { return };
-    let _ = segment::segment(&photo, &params, &hints);
+    let mut all = ModelParams::default();
+    all.segment = params;
+    all.crown.detail = Detail::Low;
+    all.bake.texture_size = 64;
+    let views = [View { photo, hints, azimuth_rad: 0.0 }];
+    let request = Request { views: &views, params: &all, height_is_given: false, seed: Seed(1), sources: vec![] };
+    if let Ok(run) = pipeline::run(&request, &|_| ()) {
+        let bytes = glb::write(&run.model).expect("what the pipeline makes can be written");
+        assert_eq!(glb::read(&bytes).expect("what is written can be read"), run.model);
+    }
 });
