@@ -110,7 +110,8 @@ fn longest_climb(text: &str) -> usize {
 
 /// Every source file below `folder`, in order of name.
 fn source_files(folder: &Path) -> Vec<PathBuf> {
-    let mut entries: Vec<PathBuf> = fs::read_dir(folder).expect("a folder of src/").map(|e| e.expect("a readable entry").path()).collect();
+    let mut entries: Vec<PathBuf> =
+        fs::read_dir(folder).expect("a folder of src/").map(|e| e.expect("a readable entry").path()).collect();
     entries.sort();
     let below = |path: PathBuf| if path.is_dir() { source_files(&path) } else { vec![path] };
     entries.into_iter().flat_map(below).filter(|p| p.extension().is_some_and(|e| e == "rs")).collect()
