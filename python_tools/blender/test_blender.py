@@ -26,7 +26,8 @@ def scene() -> bpy.types.Scene:
     scene.collection.objects.link(camera)
     scene.camera = camera
     world = bpy.data.worlds.new("sky")
-    world.use_nodes = True
+    if not world.use_nodes:
+        world.use_nodes = True
     world.node_tree.nodes["Background"].inputs[0].default_value = (1, 1, 1, 1)
     scene.world = world
     return scene

@@ -42,7 +42,7 @@ def random_walker(picture: Picture) -> Mask:
     labels[np.maximum(abs(u), abs(v)) > 0.5 - MARGIN] = 2
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it advises on solvers
-        found = segmentation.random_walker(small.astype(float) / 255, labels, beta=90, mode="cg_j", channel_axis=-1)
+        found = segmentation.random_walker(small.astype(float) / 255, labels, beta=90, mode="bf", channel_axis=-1)
     return cleaned(found == 1, picture)
 
 
