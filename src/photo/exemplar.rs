@@ -144,3 +144,7 @@ impl From<&Exemplar> for Layer {
         Layer { width, height, texels: exemplar.image.pixels().map(texel).collect() }
     }
 }
+
+#[cfg(test)]
+#[path = "exemplar_tests.rs"]
+mod tests;

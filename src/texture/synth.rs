@@ -275,3 +275,7 @@ impl Grower<'_> {
 fn carried_up(map: &Affine2) -> Vec2 {
     (map.matrix2.inverse() * -Vec2::Y).normalize_or(Vec2::Y)
 }
+
+#[cfg(test)]
+#[path = "synth_tests.rs"]
+mod tests;
