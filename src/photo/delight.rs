@@ -14,13 +14,11 @@ const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 /// Side of the reduced picture on which shading and windows are found: fine enough for a crown, quick for any photograph.
 const REDUCED_PX: f64 = 256.0;
 
-/// The crown in a reduced picture: linear colour times weight and the weight of foliage (0..=1) per reduced pixel.
+/// The crown in a reduced picture.
 #[derive(Debug, Clone)]
 pub struct ReducedCrown {
-    /// Foliage colours; linear light.
+    /// Foliage colours, linear light, times the part of the reduced pixel that is foliage, and that part.
     pub foliage: Layer,
-    /// The part of each reduced pixel inside the crown (`x`) and in sky gaps (`y`).
-    pub cover: Layer,
     /// What part of the photograph it shows, pixels.
     pub bounds: Rect,
     /// Photograph pixels per reduced pixel, at least 1.
@@ -28,19 +26,27 @@ pub struct ReducedCrown {
 }
 
 impl ReducedCrown {
-    /// Reduces the crown's bounding rectangle to at most 256 pixels a side; `None` for an empty crown.
+    /// Reduces the crown's bounding rectangle to at most 256 pixels a side; `None` for an empty crown. Masks are of the picture's size.
     pub fn of(image: &RgbImage, crown: &Mask, gaps: &Mask) -> Option<Self> {
         let bounds = crown.bounds()?;
         let step_px = (f64::from(bounds.width.max(bounds.height)) / REDUCED_PX).max(1.0);
         let size = |px: u32| ((f64::from(px) / step_px).ceil() as usize).max(1);
         let (width, height) = (size(bounds.width), size(bounds.height));
         let (origin, extent) = ([f64::from(bounds.x), f64::from(bounds.y)], [width as f64 * step_px, height as f64 * step_px]);
-        let foliage = Layer::area_average(width, height, origin, extent, |x, y| foliage_at(image, crown, gaps, x, y));
-        let cover = Layer::area_average(width, height, origin, extent, |x, y| {
-            let inside = crown.get(x, y);
-            Vec4::new(f32::from(inside), f32::from(inside && gaps.get(x, y)), 0.0, 0.0)
+        let foliage = Layer::area_average(width, height, origin, extent, |x, y| match crown.get(x, y) && !gaps.get(x, y) {
+            true => linear_at(image, x, y).extend(1.0),
+            false => Vec4::ZERO,
         });
-        Some(Self { foliage, cover, bounds, step_px })
+        Some(Self { foliage, bounds, step_px })
+    }
+
+    /// The part of each reduced pixel that `mask` covers, row by row.
+    pub fn cover(&self, mask: &Mask) -> Vec<f32> {
+        let (width, height) = (self.foliage.width, self.foliage.height);
+        let origin = [f64::from(self.bounds.x), f64::from(self.bounds.y)];
+        let extent = [width as f64 * self.step_px, height as f64 * self.step_px];
+        let cover = Layer::area_average(width, height, origin, extent, |x, y| Vec4::splat(f32::from(mask.get(x, y))));
+        cover.texels.iter().map(|t| t.w).collect()
     }
 
     /// Mean linear colour of the foliage; `None` without any.
@@ -53,7 +59,7 @@ impl ReducedCrown {
 /// Weighted linear colour and weight where the photograph shows foliage of the crown, all 0 elsewhere. Pixels beside sky are mixed with
 /// it: they count for little.
 pub fn foliage_at(image: &RgbImage, crown: &Mask, gaps: &Mask, x: i64, y: i64) -> Vec4 {
-    if !crown.get(x, y) || gaps.get(x, y) || x >= i64::from(image.width()) || y >= i64::from(image.height()) {
+    if !crown.get(x, y) || gaps.get(x, y) {
         return Vec4::ZERO;
     }
     let sky_within =
@@ -65,7 +71,12 @@ pub fn foliage_at(image: &RgbImage, crown: &Mask, gaps: &Mask, x: i64, y: i64) -
     } else {
         1.0
     };
-    weight * Vec3::from(image.get_pixel(x as u32, y as u32).0.map(to_linear)).extend(1.0)
+    weight * linear_at(image, x, y).extend(1.0)
+}
+
+/// Linear colour of a pixel inside the picture.
+fn linear_at(image: &RgbImage, x: i64, y: i64) -> Vec3 {
+    Vec3::from(image.get_pixel(x as u32, y as u32).0.map(to_linear))
 }
 
 /// What to multiply linear colours with, anywhere in the photograph.

@@ -38,7 +38,11 @@ pub struct Exemplar {
 /// Largest exemplar side, texels: more adds cost but no variety that a crown could show.
 const MAX_SIDE: f64 = 512.0;
 
-/// Cuts the most representative square of foliage inside `crown`, resampled to `texels_per_px` texels per pixel of the photograph.
+/// Most texels per pixel: beyond it enlarging adds nothing, and the baker interpolates as well.
+const MAX_SCALE: f64 = 2.0;
+
+/// Cuts the most representative square of foliage inside `crown`, resampled to `texels_per_px` texels per pixel of the photograph
+/// (at most 2 texels per pixel and 512 texels a side: [`Exemplar::scale`] says what it became).
 ///
 /// `gaps` are the sky gaps inside the crown; they become alpha 0 with foliage colours bled in. The mean colour is the crown's.
 ///
@@ -58,8 +62,8 @@ pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, para
     let reduced = ReducedCrown::of(&photo.image, crown, gaps).filter(|_| foliage_px >= 4);
     let Some(reduced) = reduced else { return Err(Error::Exemplar { found: format!("{foliage_px} pixels of it") }) };
     let shading = Shading::of(&reduced, params.delight);
-    let window_px = exemplar_window::find(&reduced, &shading, size);
-    let side = (f64::from(window_px.width) * texels_per_px).round().clamp(8.0, MAX_SIDE);
+    let window_px = exemplar_window::find(&reduced, crown, &shading);
+    let side = (f64::from(window_px.width) * texels_per_px.min(MAX_SCALE)).round().clamp(8.0, MAX_SIDE);
     let mut layer = cut(photo, crown, gaps, window_px, side as usize, &shading);
     limit_gaps(&mut layer, params.gap_limit);
     if let Some(mean) = encoded_mean(&photo.image, crown, gaps) {
@@ -144,3 +148,7 @@ impl From<&Exemplar> for Layer {
         Layer { width, height, texels: exemplar.image.pixels().map(texel).collect() }
     }
 }
+
+#[cfg(test)]
+#[path = "exemplar_tests.rs"]
+mod tests;

@@ -3,16 +3,17 @@
 use glam::Vec3;
 
 use super::delight::{ReducedCrown, Shading};
-use crate::raster::{Rect, to_srgb};
+use crate::raster::{Mask, Rect, to_srgb};
 
 /// Bins of each of the three channels (brightness, red against green, yellow against blue).
 const BINS: usize = 8;
 /// Planes of the integral image: crown, gaps, sum of brightness, three histograms.
 const PLANES: usize = 3 + 3 * BINS;
 
-/// Finds the window, pixels of the photograph; a square inside the picture. The crown must not be empty.
-pub(super) fn find(crown: &ReducedCrown, shading: &Shading, photo_size: (u32, u32)) -> Rect {
-    let sums = Sums::of(crown, shading);
+/// Finds the window, pixels of the photograph; a square inside the picture. `mask` is the crown and not empty.
+pub(super) fn find(crown: &ReducedCrown, mask: &Mask, shading: &Shading) -> Rect {
+    let photo_size = (mask.width(), mask.height());
+    let sums = Sums::of(crown, &crown.cover(mask), shading);
     let (width, height) = (crown.foliage.width, crown.foliage.height);
     let inscribed = (1..=width.min(height)).rev().find(|&side| sums.windows(side, 1).any(|(x, y)| sums.inside(x, y, side) > 0.98));
     let inscribed = inscribed.unwrap_or(1);
@@ -46,15 +47,15 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(crown: &ReducedCrown, shading: &Shading) -> Self {
+    fn of(crown: &ReducedCrown, inside: &[f32], shading: &Shading) -> Self {
         let (width, height) = (crown.foliage.width, crown.foliage.height);
         let mut table = vec![[0.0; PLANES]; (width + 1) * (height + 1)];
         for y in 0..height {
             let mut row = [0.0; PLANES];
             for x in 0..width {
-                let (t, cover) = (crown.foliage.texels[y * width + x], crown.cover.texels[y * width + x]);
-                row[0] += cover.x;
-                row[1] += cover.y;
+                let (t, inside) = (crown.foliage.texels[y * width + x], inside[y * width + x]);
+                row[0] += inside;
+                row[1] += (inside - t.w).max(0.0);
                 if t.w > 0.0 {
                     let at = |v: usize, origin: u32| f64::from(origin) + (v as f64 + 0.5) * crown.step_px;
                     let gain = shading.gain(at(x, crown.bounds.x), at(y, crown.bounds.y));

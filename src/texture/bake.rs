@@ -46,15 +46,14 @@ pub struct Atlas {
     pub gap_fraction: f64,
 }
 
-/// Exemplar texels per metre at which one exemplar texel covers one texel of the atlas.
+/// Texels per metre at which one exemplar texel covers one texel of the atlas.
 ///
 /// # Errors
 /// [`Error::Untexturable`] for a mesh without area, [`Error::Parameter`] for a size that is not a power of two.
 pub fn texels_per_m(mesh: &PolyMesh, params: &BakeParams) -> Result<f64> {
     check_size(params)?;
     let area = FlatMesh::of(mesh)?.area;
-    // The gutter takes about a twentieth of each side.
-    Ok(0.95 * f64::from(params.texture_size) / area.sqrt())
+    Ok(GUTTERED * f64::from(params.texture_size) / area.sqrt())
 }
 
 /// The bake parameters of each crown of one tree: the crowns share about the texels of one atlas by their surface areas, so that a tree of
@@ -104,7 +103,7 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
         texels.iter_mut().zip(places).for_each(|(t, place)| *t = place.map(|(piece, w)| painter.texel(&pieces[piece as usize], w)));
     });
     let gap_fraction = keep_gap_fraction(&mut shaded);
-    let grain = measure::exemplar_step(&layer);
+    let grain = measure::exemplar_step(&layer, spacing(&texture.flat, texture.texels_per_m, size));
     let figures = measure::steps(&shaded, size);
     Ok(Atlas {
         surface: chart.surface(mesh),
@@ -115,6 +114,14 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
         gap_fraction,
     })
 }
+
+/// Exemplar texels per atlas texel, on average.
+fn spacing(flat: &FlatMesh, texels_per_m: f64, size: usize) -> f32 {
+    (texels_per_m * flat.area.sqrt() / (GUTTERED * size as f64)) as f32
+}
+
+/// The part of the atlas's side that the chart itself takes, about; the rest is gutter.
+const GUTTERED: f64 = 0.95;
 
 /// What sampling between texels takes from the finest grain, given back beforehand: measured, not a matter of taste.
 pub(super) const SHARPENING: f32 = 0.16;

@@ -15,12 +15,15 @@ const TURNS: [f32; 3] = [0.0, -0.14, 0.14];
 /// Side of the cells in which use of the exemplar is counted, texels.
 const CELL: usize = 6;
 
+/// What the step from foliage to sky weighs against steps of colour (0..=255): as much as a dark leaf beside a bright one.
+pub(super) const ALPHA: f32 = 80.0;
+
 /// Something a neighbour shows at a place of this polygon's plane.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sample {
     /// Where, metres in the polygon's plane.
     pub at: Vec2,
-    /// What: encoded sRGB 0..=255 and alpha × 255, in the exemplar's brightness.
+    /// What: encoded sRGB 0..=255 and alpha × [`ALPHA`], in the exemplar's brightness.
     pub shown: Vec4,
 }
 
@@ -68,7 +71,7 @@ impl Matcher {
         let stride = side[0] + 2 * pad;
         let padded = Layer::from_fn(stride, side[1] + 2 * pad, |x, y| {
             let t = exemplar.mirrored(x as i64 - pad as i64, y as i64 - pad as i64);
-            t.truncate().extend(255.0 * t.w)
+            t.truncate().extend(ALPHA * t.w)
         });
         let cells = side.map(|s| s.div_ceil(CELL));
         let holes = exemplar.texels.iter().map(|t| Vec4::new(f32::from(t.w < 0.5), 0.0, 0.0, 1.0)).collect();

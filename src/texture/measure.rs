@@ -47,15 +47,17 @@ impl Mean {
     }
 }
 
-/// Mean step between the exemplar's neighbouring texels; at least a thousandth, so that ratios exist.
-pub(super) fn exemplar_step(layer: &Layer) -> f64 {
+/// Mean step between the exemplar's neighbouring texels, or between places `spacing` texels apart where the atlas is much finer or
+/// coarser than the exemplar; at least a thousandth, so that ratios exist.
+pub(super) fn exemplar_step(layer: &Layer, spacing: f32) -> f64 {
+    let spacing = if (0.8..1.25).contains(&spacing) { 1.0 } else { spacing.clamp(0.01, layer.width as f32) };
     let mut mean = Mean::default();
     for (i, &t) in layer.texels.iter().enumerate() {
-        if (i + 1) % layer.width != 0 {
-            mean.add(t, layer.texels[i + 1]);
-        }
-        if let Some(&below) = layer.texels.get(i + layer.width) {
-            mean.add(t, below);
+        let (x, y) = ((i % layer.width) as f32 + 0.5, (i / layer.width) as f32 + 0.5);
+        for (x, y) in [(x + spacing, y), (x, y + spacing)] {
+            if x < layer.width as f32 && y < layer.height as f32 {
+                mean.add(t, layer.sharp(x, y));
+            }
         }
     }
     mean.value().max(1e-3)

@@ -7,7 +7,7 @@ use glam::{Affine2, Vec2, Vec3, Vec4};
 
 use super::flat::{Flat, FlatMesh};
 use super::front::{Front, FrontLayer};
-use super::matching::{Matcher, Sample, upright};
+use super::matching::{ALPHA, Matcher, Sample, upright};
 use crate::geom::PolyMesh;
 use crate::photo::Exemplar;
 use crate::raster::Layer;
@@ -92,6 +92,7 @@ const ASIDE: f32 = 1.0;
 
 /// Grows the texture over `mesh`.
 ///
+/// `texels_per_m` is the exemplar's own density: its scale (texels per pixel) over the photograph's metres per pixel.
 /// `front` is used when `params.front` says so. Same mesh, exemplar and seed give the same blocks.
 ///
 /// # Errors
@@ -265,7 +266,7 @@ impl Grower<'_> {
         };
         let sample = |at: Vec2| {
             let t = shown(at);
-            Sample { at, shown: t.truncate().extend(255.0 * t.w) }
+            Sample { at, shown: t.truncate().extend(ALPHA * t.w) }
         };
         (0..n).flat_map(|i| [1.0, -1.0].map(|side| sample(a.lerp(b, (i as f32 + 0.5) / n as f32) + side * inward))).collect()
     }
@@ -275,3 +276,7 @@ impl Grower<'_> {
 fn carried_up(map: &Affine2) -> Vec2 {
     (map.matrix2.inverse() * -Vec2::Y).normalize_or(Vec2::Y)
 }
+
+#[cfg(test)]
+#[path = "synth_tests.rs"]
+mod tests;
