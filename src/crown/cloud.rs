@@ -202,7 +202,7 @@ fn profile(hull: &Hull, sides: &[&super::hull::Side]) -> Profile {
     let slope = |i: usize| (calm[(i + 1).min(SAMPLES - 1)] - calm[i.saturating_sub(1)]) / (2.0 * step);
     let mut length = vec![0.0];
     for i in 1..SAMPLES {
-        length.push(length[i - 1] + step * calm[i].hypot(slope(i).abs().min(3.0 * calm[i])));
+        length.push(length[i - 1] + step * calm[i].hypot(slope(i).abs().min(8.0 * calm[i])));
     }
     let total_m = length[SAMPLES - 1];
     length.iter_mut().for_each(|l| *l /= total_m);
