@@ -83,7 +83,7 @@ impl Star {
     }
 }
 
-/// The centre whose star fits best: coarse candidates over the region, then halving steps around the best three.
+/// The centre whose star fits best: coarse candidates over the region, then halving steps around the best two.
 pub(super) fn best_center(region: &Region, gap_cost: f64) -> DVec2 {
     best_center_where(region, gap_cost, |_| true)
 }
@@ -127,7 +127,7 @@ fn best_center_where(region: &Region, gap_cost: f64, allowed: impl Fn(DVec2) -> 
     }
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     let fine = |c: DVec2| score(c, FINE);
-    let refined = found.into_iter().take(3).map(|(_, c)| climb((fine(c), c), step, region.cell_m, &fine));
+    let refined = found.into_iter().take(2).map(|(_, c)| climb((fine(c), c), step, region.cell_m, &fine));
     refined.reduce(|a, b| if b.0 > a.0 { b } else { a }).map_or(middle, |best| best.1)
 }
 
