@@ -71,9 +71,13 @@ pub(super) fn cloud(hull: &Hull, polygons: usize, params: &CrownParams) -> Cloud
     let rings = layout.columns.len();
     // marks[side][0] is the bottom pole, then the rings, then the top pole.
     let marks: Vec<Vec<Mark>> = profiles.iter().map(|p| marks(p, rings)).collect();
-    let half_rad = 0.5 * PI / (rings + 1) as f64;
     let mean = |f: &dyn Fn(&Mark) -> f64, ring: usize| marks.iter().map(|m| f(&m[ring])).sum::<f64>() / marks.len() as f64;
-    let pole = |ring: usize| (mean(&|m| m.exact, ring), hull.limit(hull.direction(marks[0][ring].elevation, 0.0), half_rad));
+    // Half of the elevation that a ring stands for: what its limits are averaged over.
+    let half_rad = |ring: usize| {
+        let (below, above) = (ring.saturating_sub(1), (ring + 1).min(rings + 1));
+        0.25 * (mean(&|m| m.elevation, above) - mean(&|m| m.elevation, below))
+    };
+    let pole = |ring: usize| (mean(&|m| m.exact, ring), hull.limit(hull.direction(marks[0][ring].elevation, 0.0), half_rad(ring)));
 
     // The ring's radius about the axis and its height along it, on average: what spacing and tangents are measured on.
     let across: Vec<f64> = (0..rings + 2).map(|k| mean(&|m| m.smooth * m.elevation.cos(), k).max(1e-6)).collect();
@@ -91,7 +95,7 @@ pub(super) fn cloud(hull: &Hull, polygons: usize, params: &CrownParams) -> Cloud
             let azimuth = column as f64 / columns as f64 * TAU;
             let (elevation, radius, own) = revolved(&profiles, &marks, ring, azimuth);
             let d = hull.direction(elevation, azimuth);
-            let radius = if own { radius } else { radius.min(hull.limit(d, half_rad)) };
+            let radius = if own { radius } else { radius.min(hull.limit(d, half_rad(ring))) };
             let outward = hull.outward(azimuth);
             let along = (outward * du + hull.axis * dh).normalize_or(hull.axis);
             let around = hull.axis.cross(outward);
@@ -202,7 +206,7 @@ fn profile(hull: &Hull, sides: &[&super::hull::Side]) -> Profile {
     let slope = |i: usize| (calm[(i + 1).min(SAMPLES - 1)] - calm[i.saturating_sub(1)]) / (2.0 * step);
     let mut length = vec![0.0];
     for i in 1..SAMPLES {
-        length.push(length[i - 1] + step * calm[i].hypot(slope(i).abs().min(3.0 * calm[i])));
+        length.push(length[i - 1] + step * calm[i].hypot(slope(i).abs().min(8.0 * calm[i])));
     }
     let total_m = length[SAMPLES - 1];
     length.iter_mut().for_each(|l| *l /= total_m);

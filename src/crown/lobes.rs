@@ -42,14 +42,11 @@ pub(super) fn split(whole: &Region, params: &CrownParams) -> Vec<(Region, Star)>
 
 /// The lobes' regions, each with a little of its neighbours, and their stars.
 fn lobes(whole: &Region, params: &CrownParams) -> Vec<(Region, Star)> {
-    let mut centers = greedy_centers(whole, params);
-    let mut territories = partition(whole, &centers);
-    // As in Lloyd's algorithm: a piece that was cut off by chance grows to the lobe it belongs to.
-    for _ in 0..2 {
-        let region_center = |t: &Mask| best_deep_center(&whole.with(t.clone()), 1.0, LOBE_DEPTH);
-        centers = territories.iter().filter(|t| t.count() > 0).map(region_center).collect();
-        territories = partition(whole, &centers);
-    }
+    let territories = partition(whole, &greedy_centers(whole, params));
+    // One step of Lloyd's algorithm: a piece that was cut off by chance grows to the lobe it belongs to.
+    let region_center = |t: &Mask| best_deep_center(&whole.with(t.clone()), 1.0, LOBE_DEPTH);
+    let centers: Vec<DVec2> = territories.iter().filter(|t| t.count() > 0).map(region_center).collect();
+    let territories = partition(whole, &centers);
     let overlap = (OVERLAP * f64::from(whole.mask.width().max(whole.mask.height()))).round() as u8;
     let fitted = |territory: &Mask| {
         let grown = Mask::from_gray(&dilate(&territory.to_gray(), Norm::L2, overlap));

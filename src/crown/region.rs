@@ -49,11 +49,6 @@ impl Region {
         self.origin + DVec2::new(c.x, -c.y) * self.cell_m
     }
 
-    /// Area, square metres.
-    pub fn area_m2(&self) -> f64 {
-        self.mask.count() as f64 * self.cell_m * self.cell_m
-    }
-
     /// Mean of the cells' centres.
     pub fn centroid(&self) -> DVec2 {
         let width = self.mask.width() as usize;

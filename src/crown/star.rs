@@ -32,6 +32,9 @@ pub(super) struct Star {
     pub inside_m2: f64,
     /// Area beyond the outline, square metres.
     pub outside_m2: f64,
+    /// Area of the whole region as the same rays sample it, square metres: what `inside_m2` is to be compared with, since both share
+    /// the sampling's error.
+    pub region_m2: f64,
 }
 
 impl Star {
@@ -80,7 +83,7 @@ impl Star {
     }
 }
 
-/// The centre whose star fits best: coarse candidates over the region, then halving steps around the best three.
+/// The centre whose star fits best: coarse candidates over the region, then halving steps around the best two.
 pub(super) fn best_center(region: &Region, gap_cost: f64) -> DVec2 {
     best_center_where(region, gap_cost, |_| true)
 }
@@ -105,13 +108,14 @@ pub(super) fn depth(mask: &Mask) -> GrayImage {
 
 fn best_center_where(region: &Region, gap_cost: f64, allowed: impl Fn(DVec2) -> bool) -> DVec2 {
     let size = f64::from(region.mask.width().max(region.mask.height())) * region.cell_m;
-    let (middle, area) = (region.centroid(), region.area_m2());
+    let middle = region.centroid();
     let score = |c: DVec2, (rays, step): (usize, f64)| {
         if !contains(region, c) || !allowed(c) {
             return f64::NEG_INFINITY;
         }
         let star = cast(region, c, gap_cost, rays, step);
-        (star.inside_m2 - gap_cost * star.outside_m2) / area - OFF_MIDDLE * ((c - middle) / size).length_squared()
+        (star.inside_m2 - gap_cost * star.outside_m2) / star.region_m2.max(1e-12)
+            - OFF_MIDDLE * ((c - middle) / size).length_squared()
     };
     let step = size / CANDIDATES;
     let span = CANDIDATES as i32;
@@ -123,7 +127,7 @@ fn best_center_where(region: &Region, gap_cost: f64, allowed: impl Fn(DVec2) -> 
     }
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     let fine = |c: DVec2| score(c, FINE);
-    let refined = found.into_iter().take(3).map(|(_, c)| climb((fine(c), c), step, region.cell_m, &fine));
+    let refined = found.into_iter().take(2).map(|(_, c)| climb((fine(c), c), step, region.cell_m, &fine));
     refined.reduce(|a, b| if b.0 > a.0 { b } else { a }).map_or(middle, |best| best.1)
 }
 
@@ -161,7 +165,7 @@ fn cast(region: &Region, center: DVec2, gap_cost: f64, rays: usize, step: f64) -
     let steps = (farthest.into_iter().fold(0.0, f64::max) / step) as usize;
     // Area of one step of one ray, in units of its radius.
     let weight = step * region.cell_m * region.cell_m * TAU / rays as f64;
-    let mut star = Star { center, radius_m: Vec::with_capacity(rays), inside_m2: 0.0, outside_m2: 0.0 };
+    let mut star = Star { center, radius_m: Vec::with_capacity(rays), inside_m2: 0.0, outside_m2: 0.0, region_m2: 0.0 };
     for i in 0..rays {
         let along = DVec2::from_angle(i as f64 / rays as f64 * TAU) * DVec2::new(1.0, -1.0);
         let (mut inside, mut outside) = (0.0, 0.0);
@@ -183,10 +187,11 @@ fn cast(region: &Region, center: DVec2, gap_cost: f64, rays: usize, step: f64) -
                 outside += r;
             }
         }
-        let (_, end, inside, outside) = best;
+        let (_, end, held, beyond) = best;
         star.radius_m.push(end.max(1.0) * region.cell_m);
-        star.inside_m2 += inside * weight;
-        star.outside_m2 += outside * weight;
+        star.inside_m2 += held * weight;
+        star.outside_m2 += beyond * weight;
+        star.region_m2 += inside * weight;
     }
     star
 }

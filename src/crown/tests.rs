@@ -267,6 +267,19 @@ fn two_photographs_of_one_cedar_are_both_kept() {
     }
 }
 
+#[test]
+fn a_view_from_the_side_shapes_the_depth() {
+    // Wide from the front, slim from the right, and no two halves alike.
+    let front = shape(220, 220, |x, y| (20.0..200.0).contains(&y) && (x - 110.0).abs() < 90.0 - 0.3 * (y - 20.0));
+    let right = shape(220, 220, |x, y| (20.0..200.0).contains(&y) && (x - 110.0).abs() < 25.0 + 0.1 * (y - 20.0));
+    let views = [Subject::new(&front, &front, 0.0), Subject::new(&right, &right, PI / 2.0)];
+    let crowns = build(&[views[0].outline.clone(), views[1].outline.clone()], &CrownParams::default(), Seed(1)).unwrap();
+    for view in &views {
+        let (smooth, rough) = view.fidelity(&crowns);
+        assert!(smooth > 0.95 && rough > 0.92, "azimuth {}: {smooth:.3}, {rough:.3}", view.outline.azimuth_rad);
+    }
+}
+
 /// The mask without its rows' slim runs below the middle: the trunk.
 fn without_trunk(tree: &Mask) -> Mask {
     let bounds = tree.bounds().unwrap();

@@ -64,7 +64,9 @@ pub fn trace(crown: &Mask, tree: &Mask, params: &SilhouetteParams) -> Result<Sil
         return Err(Error::CrownTooSmall { needed: SMALLEST_CROWN, found: crown.count() });
     }
     let contour = smooth_closed(&raw, STAIRCASE);
-    let line = fit_line(&row_spans(&contour), trunk::neck(crown, tree), params.lean_deg.to_radians().tan());
+    let spans = row_spans(&contour);
+    let neck = trunk::neck(crown, tree).filter(|neck| carries(*neck, &spans));
+    let line = fit_line(&spans, neck, params.lean_deg.to_radians().tan());
     let Some((below, above)) = crossings(&contour, line) else {
         return Err(Error::CrownTooSmall { needed: SMALLEST_CROWN, found: crown.count() });
     };
@@ -103,14 +105,21 @@ fn row_spans(contour: &[DVec2]) -> Vec<Span> {
     rows.iter().enumerate().filter(|(_, r)| r.0 < r.1).map(span).collect()
 }
 
+/// Whether a trunk's neck lies under the crown's middle half, and not under a neighbour's.
+fn carries(neck: DVec2, spans: &[Span]) -> bool {
+    let left = spans.iter().fold(f64::MAX, |m, s| m.min(s.middle - 0.5 * s.width));
+    let right = spans.iter().fold(f64::MIN, |m, s| m.max(s.middle + 0.5 * s.width));
+    (neck.x - 0.5 * (left + right)).abs() <= 0.25 * (right - left)
+}
+
 /// Weighted line through the rows' middles by iteratively reweighted least squares (Tukey's biweight), so that one long branch does
-/// not tilt the axis. A trunk's neck weighs as much as a third of the rows.
+/// not tilt the axis. A trunk's neck weighs as much as a quarter of the rows.
 fn fit_line(spans: &[Span], neck: Option<DVec2>, steepest: f64) -> Line {
     let total: f64 = spans.iter().map(|s| s.width).sum();
     // The wider a crown, the less its rows' middles tell of a lean: its mean square width holds the axis upright.
     let stiffness = STIFFNESS * spans.iter().map(|s| s.width.powi(3)).sum::<f64>() / total.max(1e-12);
     let mut points: Vec<(DVec2, f64)> = spans.iter().map(|s| (DVec2::new(s.middle, s.y), s.width)).collect();
-    points.extend(neck.map(|n| (n, total / 3.0)));
+    points.extend(neck.map(|n| (n, total / 4.0)));
     let mut trust = vec![1.0; points.len()];
     let mut line = Line { x0: 0.0, slope: 0.0 };
     for _ in 0..8 {
@@ -121,6 +130,8 @@ fn fit_line(spans: &[Span], neck: Option<DVec2>, steepest: f64) -> Line {
         // 4.685 standard deviations, the deviation from the median residual; never sharper than two pixels.
         let cut = (4.685 * 1.4826 * sorted[sorted.len() / 2]).max(2.0);
         trust = points.iter().map(|p| (1.0 - (residual(p) / cut).powi(2)).max(0.0).powi(2)).collect();
+        // The neck is no outlier: it is where the tree does stand.
+        trust[spans.len()..].fill(1.0);
     }
     line
 }
@@ -180,4 +191,105 @@ fn sides(contour: &[DVec2], below: Crossing, above: Crossing) -> (Vec<DVec2>, Ve
 fn simplify(chain: &[DVec2], tolerance_px: f64) -> Vec<DVec2> {
     let points: Vec<Point<f64>> = chain.iter().map(|p| Point::new(p.x, p.y)).collect();
     approximate_polygon_dp(&points, tolerance_px.max(0.25), false).iter().map(|p| DVec2::new(p.x, p.y)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn traced(mask: &Mask) -> Silhouette {
+        trace(mask, mask, &SilhouetteParams::default()).unwrap()
+    }
+
+    fn ellipse(size: u32, lean: f64) -> Mask {
+        let half = f64::from(size) / 2.0;
+        Mask::from_fn(size, size, |x, y| {
+            let (x, y) = ((f64::from(x) + 0.5 - half) / half, (f64::from(y) + 0.5 - half) / half);
+            ((x + lean * y) / 0.4).powi(2) + (y / 0.9).powi(2) < 1.0
+        })
+    }
+
+    fn lean(silhouette: &Silhouette) -> f64 {
+        let d = silhouette.axis.top - silhouette.axis.base;
+        d.x / -d.y
+    }
+
+    #[test]
+    fn a_symmetric_crown_stands_upright_and_a_leaning_one_leans() {
+        assert!(lean(&traced(&ellipse(200, 0.0))).abs() < 1e-3);
+        let leaning = lean(&traced(&ellipse(200, 0.4)));
+        assert!((0.25..0.45).contains(&leaning), "{leaning}");
+    }
+
+    #[test]
+    fn one_long_branch_does_not_tilt_the_axis() {
+        let plain = ellipse(200, 0.0);
+        let branch = Mask::from_fn(200, 200, |x, y| (100..195).contains(&x) && (60..72).contains(&y));
+        let silhouette = traced(&plain.zip(&branch, |a, b| a || b));
+        assert!(lean(&silhouette).abs() < 0.03, "{}", lean(&silhouette));
+    }
+
+    #[test]
+    fn the_axis_is_drawn_to_the_trunk() {
+        let crown = Mask::from_fn(200, 200, |x, y| (f64::from(x) - 100.0).hypot(f64::from(y) - 80.0) < 60.0);
+        let trunk = Mask::from_fn(200, 200, |x, y| (125..133).contains(&x) && (100..190).contains(&y));
+        let tree = crown.zip(&trunk, |a, b| a || b);
+        let silhouette = trace(&crown, &tree, &SilhouetteParams::default()).unwrap();
+        assert!(silhouette.axis.base.x > 104.0, "{:?}", silhouette.axis);
+    }
+
+    #[test]
+    fn the_corners_of_a_kite_are_its_turning_points() {
+        // Corners: top (100, 20), right (160, 90), bottom (100, 190), left (40, 90).
+        let mask = Mask::from_fn(200, 210, |x, y| {
+            let (x, y) = ((f64::from(x) + 0.5 - 100.0).abs(), f64::from(y) + 0.5);
+            x < if y < 90.0 { (y - 20.0) * 60.0 / 70.0 } else { (190.0 - y) * 0.6 }
+        });
+        let silhouette = traced(&mask);
+        for (side, x) in [(&silhouette.left, 40.0), (&silhouette.right, 160.0)] {
+            assert!(side.iter().any(|p| p.distance(DVec2::new(x, 90.0)) < 3.0), "{side:?}");
+            assert!(side.len() <= 5, "{side:?}");
+        }
+    }
+
+    #[test]
+    fn turning_points_depend_on_the_shape_and_not_on_the_resolution() {
+        let star = |scale: f64| {
+            let size = (200.0 * scale) as u32;
+            traced(&Mask::from_fn(size, size, |x, y| {
+                let d = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5) / scale - 100.0;
+                d.length() < 70.0 + 15.0 * (7.0 * d.to_angle()).cos()
+            }))
+        };
+        let (coarse, fine) = (star(1.0), star(3.0));
+        assert!(coarse.left.len().abs_diff(fine.left.len()) <= 4, "{} and {}", coarse.left.len(), fine.left.len());
+    }
+
+    #[test]
+    fn specks_and_unequal_masks_are_errors() {
+        let params = SilhouetteParams::default();
+        for found in [0u32, 1, 2] {
+            let mask = Mask::from_fn(9, 9, |x, y| x < found && y < found);
+            assert!(matches!(trace(&mask, &mask, &params), Err(Error::CrownTooSmall { .. })), "{found}");
+        }
+        let mask = Mask::from_fn(9, 9, |_, _| true);
+        assert!(trace(&mask, &mask, &params).is_ok());
+        assert!(matches!(trace(&mask, &Mask::new(9, 8), &params), Err(Error::MaskSize { .. })));
+    }
+
+    proptest! {
+        #[test]
+        fn any_mask_gives_ordered_sides_or_an_error(bits in proptest::collection::vec(any::<bool>(), 100), scale in 1u32..4) {
+            let mask = Mask::from_fn(10 * scale, 10 * scale, |x, y| bits[(x / scale + 10 * (y / scale)) as usize]);
+            if let Ok(s) = trace(&mask, &mask, &SilhouetteParams::default()) {
+                prop_assert!(s.axis.base.y > s.axis.top.y);
+                for side in [&s.left, &s.right] {
+                    prop_assert_eq!(side[0], s.axis.base);
+                    prop_assert_eq!(side[side.len() - 1], s.axis.top);
+                    prop_assert!(side.iter().all(|p| p.is_finite()));
+                }
+            }
+        }
+    }
 }
