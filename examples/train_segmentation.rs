@@ -8,17 +8,20 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 use rayon::prelude::*;
 use sphereboard::Seed;
-use sphereboard::photo::segment::features::{FIRST, HIDDEN_FIRST, HIDDEN_SECOND, NETWORKS, SECOND, Scene};
-use sphereboard::photo::segment::model::{Network, committee};
+use sphereboard::photo::segment::features::{FIRST, SECOND, Scene};
+use sphereboard::photo::segment::model::{Look, Term};
 use sphereboard::photo::segment::shape::crown;
 use sphereboard::photo::segment::small::Small;
 
 /// Parts cut from each photograph, in addition to the whole.
-const PARTS: usize = 4;
-const DECAY: f32 = 1.5e-3;
+const PARTS: usize = 8;
+/// Penalty on each squared weight, in samples.
+const DECAY: f64 = 1000.0;
+/// Looks: the first at the pixels, each further one with the belief of the one before.
+const LOOKS: usize = 2;
 const FOLDS: usize = 5;
 /// Pixels drawn from each picture.
-const SAMPLES: usize = 1500;
+const SAMPLES: usize = 1200;
 /// These show the same tree as a pair of the test set.
 const HELD_OUT: [&str; 4] = ["fagus_grandifolia_05", "pseudotsuga_menziesii_19", "catalpa_speciosa_43", "maclura_pomifera_33"];
 
@@ -93,28 +96,80 @@ fn train(inputs: usize, hidden: usize, data: &[(&[f32], &[bool])], seed: u64) ->
         }
     }
     weights
+/// A learned look that owns its numbers.
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
+struct Learned {
+    terms: Vec<Term>,
+    bias: f32,
 }
 
-fn backward(inputs: usize, hidden: usize, weights: &[f32], x: &[f32], truth: f32, gradient: &mut [f32]) {
-    let output = hidden * (inputs + 1);
-    let mut active = vec![0.0; hidden];
-    let mut logit = weights[output + hidden];
-    for k in 0..hidden {
-        let unit = &weights[k * (inputs + 1)..(k + 1) * (inputs + 1)];
-        active[k] = (unit[..inputs].iter().zip(x).map(|(w, v)| w * v).sum::<f32>() + unit[inputs]).max(0.0);
-        logit += active[k] * weights[output + k];
+impl Learned {
+    fn judge(&self, rows: &[f32]) -> Vec<f32> {
+        Look { terms: &self.terms, bias: self.bias }.judge(rows)
     }
-    let error = 1.0 / (1.0 + (-logit).exp()) - truth;
-    gradient[output + hidden] += error;
-    for k in 0..hidden {
-        gradient[output + k] += error * active[k];
-        if active[k] > 0.0 {
-            let back = error * weights[output + k];
-            let unit = &mut gradient[k * (inputs + 1)..(k + 1) * (inputs + 1)];
-            unit[..inputs].iter_mut().zip(x).for_each(|(g, v)| *g += back * v);
-            unit[inputs] += back;
+}
+
+/// Penalised logistic regression by Newton's method; every picture counts the same. `data` holds (inputs, truth) of each picture.
+fn train(inputs: usize, data: &[(&[f32], &[bool])]) -> Learned {
+    let mut draws = Seed(7).keyed("samples", inputs as u64);
+    let samples: Vec<(&[f32], f64)> = data
+        .iter()
+        .flat_map(|(rows, truth)| {
+            let picks: Vec<usize> = (0..SAMPLES).map(|_| draws.below(truth.len())).collect();
+            picks.into_iter().map(|i| (&rows[i * inputs..(i + 1) * inputs], f64::from(u8::from(truth[i]))))
+        })
+        .collect();
+    let n = samples.len() as f64;
+    let scales: Vec<(f64, f64)> = (0..inputs)
+        .map(|c| {
+            let mean = samples.iter().map(|s| f64::from(s.0[c])).sum::<f64>() / n;
+            let variance = samples.iter().map(|s| (f64::from(s.0[c]) - mean).powi(2)).sum::<f64>() / n;
+            (mean, 1.0 / variance.sqrt().max(1e-3))
+        })
+        .collect();
+    let size = 2 * inputs + 1;
+    let expand = |x: &[f32]| {
+        let z: Vec<f64> = x.iter().zip(&scales).map(|(v, (m, s))| ((f64::from(*v) - m) * s).clamp(-3.0, 3.0)).collect();
+        z.iter().copied().chain(z.iter().map(|z| z * z)).chain([1.0]).collect::<Vec<f64>>()
+    };
+    let mut weights = vec![0.0; size];
+    for _ in 0..7 {
+        let (mut hessian, mut gradient) = (vec![0.0; size * size], vec![0.0; size]);
+        for (x, t) in &samples {
+            let e = expand(x);
+            let p = 1.0 / (1.0 + (-e.iter().zip(&weights).map(|(a, b)| a * b).sum::<f64>()).exp());
+            let curvature = p * (1.0 - p);
+            for i in 0..size {
+                gradient[i] += (p - t) * e[i];
+                let c = curvature * e[i];
+                hessian[i * size..=i * size + i].iter_mut().zip(&e).for_each(|(h, v)| *h += c * v);
+            }
         }
+        for i in 0..size {
+            let penalty = if i + 1 < size { DECAY } else { 1e-6 };
+            gradient[i] += penalty * weights[i];
+            hessian[i * size + i] += penalty;
+        }
+        let step = cholesky_solve(hessian, gradient, size);
+        weights.iter_mut().zip(step).for_each(|(w, s)| *w -= s);
     }
+    let terms = (0..inputs).map(|c| [scales[c].0, scales[c].1, weights[c], weights[inputs + c]].map(|v| v as f32)).collect();
+    Learned { terms, bias: weights[2 * inputs] as f32 }
+}
+
+/// Solves a symmetric positive definite system whose lower triangle is given.
+fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>, n: usize) -> Vec<f64> {
+    for i in 0..n {
+        for j in 0..=i {
+            let sum: f64 = a[i * n + j] - (0..j).map(|k| a[i * n + k] * a[j * n + k]).sum::<f64>();
+            a[i * n + j] = if i == j { sum.sqrt() } else { sum / a[j * n + j] };
+        }
+        b[i] = (b[i] - (0..i).map(|k| a[i * n + k] * b[k]).sum::<f64>()) / a[i * n + i];
+    }
+    for i in (0..n).rev() {
+        b[i] = (b[i] - (i + 1..n).map(|k| a[k * n + i] * b[k]).sum::<f64>()) / a[i * n + i];
+    }
+    b
 }
 
 fn iou(logits: &[f32], truth: &[bool]) -> f64 {
@@ -129,20 +184,20 @@ fn rust_table(name: &str, weights: &[f32]) -> String {
         .map(|r| format!("    {},", r.iter().map(|w| format!("{w:.3}")).collect::<Vec<_>>().join(", ")))
         .collect();
     format!("pub const {name}: [f32; {}] = [\n{}\n];\n", weights.len(), rows.join("\n"))
+fn rust_table(name: &str, look: &Learned) -> String {
+    let rows: Vec<String> = look.terms.iter().map(|t| format!("        [{}],\n", t.map(|v| format!("{v:.4}")).join(", "))).collect();
+    format!("pub const {name}: Look<'static> = Look {{\n    terms: &[\n{}    ],\n    bias: {:.4},\n}};\n", rows.concat(), look.bias)
 }
 
-/// The weights of both looks.
-#[derive(Clone, serde::Serialize, serde::Deserialize)]
-struct Weights {
-    looks: Vec<Vec<f32>>,
-}
+/// The learned looks, in order.
+type Looks = Vec<Learned>;
 
-impl Weights {
-    fn logits(&self, scene: &Scene) -> [Vec<f32>; 2] {
-        let first = committee(FIRST, HIDDEN_FIRST, &self.looks[0], &scene.first());
-        let second = committee(SECOND, HIDDEN_SECOND, &self.looks[1], &scene.second(&first));
-        [first, second]
+fn judge(looks: &Looks, scene: &Scene) -> Vec<Vec<f32>> {
+    let mut out = vec![looks[0].judge(&scene.first())];
+    for look in &looks[1..] {
+        out.push(look.judge(&scene.second(&out[out.len() - 1])));
     }
+    out
 }
 
 /// Weights per fold, and from all pictures.
@@ -153,15 +208,17 @@ fn learn(rows: &[Row]) -> Vec<Weights> {
         .filter(|(_, r)| !HELD_OUT.contains(&r.name.as_str()))
         .flat_map_iter(|(i, r)| examples(i, &r.image, &r.masks[0]))
         .collect();
+fn learn(rows: &[Row]) -> Vec<Looks> {
+    let all: Vec<Example> = rows.par_iter().enumerate().filter(|(_, r)| !HELD_OUT.contains(&r.name.as_str())).flat_map_iter(|(i, r)| examples(i, &r.image, &r.masks[0])).collect();
     println!("{} pictures", all.len());
     // Each picture's first look is by weights that have not seen its photograph.
     let folds: Vec<usize> = (0..=FOLDS).collect();
     let learned = |e: &Example, fold: usize| e.photo % FOLDS != fold;
-    let mut weights = vec![Weights { looks: vec![] }; FOLDS + 1];
-    let mut features: Vec<Vec<f32>> = all.iter().map(|e| e.first.clone()).collect();
-    for look in 0..2 {
-        let (inputs, hidden) = if look == 0 { (FIRST, HIDDEN_FIRST) } else { (SECOND, HIDDEN_SECOND) };
-        let learned: Vec<Vec<f32>> = folds
+    let mut weights = vec![Looks::new(); FOLDS + 1];
+    let mut inputs: Vec<Vec<f32>> = all.iter().map(|e| e.first.clone()).collect();
+    for look in 0..LOOKS {
+        let size = if look == 0 { FIRST } else { SECOND };
+        let learned: Vec<Learned> = folds
             .par_iter()
             .map(|&fold| {
                 let data: Vec<_> =
@@ -175,6 +232,12 @@ fn learn(rows: &[Row]) -> Vec<Weights> {
             .map(|(e, f)| e.scene.second(&committee(inputs, hidden, &learned[e.photo % FOLDS], f)))
             .collect();
         weights.iter_mut().zip(learned).for_each(|(w, l)| w.looks.push(l));
+                let data: Vec<_> = all.iter().zip(&inputs).filter(|(e, _)| learned(e, fold)).map(|(e, f)| (&f[..], &e.truth[..])).collect();
+                train(size, &data)
+            })
+            .collect();
+        inputs = all.par_iter().zip(&inputs).map(|(e, f)| e.scene.second(&learned[e.photo % FOLDS].judge(f))).collect();
+        weights.iter_mut().zip(learned).for_each(|(w, l)| w.push(l));
     }
     weights
 }
@@ -211,14 +274,14 @@ fn drawn(photos: &Path, masks: &Path) -> Vec<Row> {
 }
 
 /// Prints the table of a set; `weights` gives those that have not seen the picture.
-fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Weights + Sync, out: &Path) {
-    let results: Vec<[f64; 3]> = rows
+fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Looks + Sync, out: &Path) {
+    let results: Vec<Vec<f64>> = rows
         .par_iter()
         .enumerate()
         .map(|(i, row)| {
             let scene = Scene::new(Small::new(&image::open(&row.image).expect("a photograph").to_rgb8()));
-            let [a, b] = weights(i).logits(&scene);
-            let shape = crown(&scene, &b);
+            let looks = judge(&weights(i), &scene);
+            let shape = crown(&scene, &looks);
             let shape: Vec<f32> = shape.iter().map(|&s| if s { 1.0 } else { -1.0 }).collect();
             let (w, h) = (scene.small.width as u32, scene.small.height as u32);
             let draw = |suffix: &str, values: &[f32]| {
@@ -228,8 +291,9 @@ fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Weights + Sync, 
                     .save(out.join(format!("{}.{suffix}.png", row.name)))
                     .expect("written");
             };
-            draw("first", &a);
-            draw("second", &b);
+            for (look, name) in looks.iter().zip(["first", "second", "third"]) {
+                draw(name, look);
+            }
             draw("shape", &shape.iter().map(|v| 20.0 * v).collect::<Vec<_>>());
             draw(
                 "sky",
@@ -242,6 +306,8 @@ fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Weights + Sync, 
                     .collect::<Vec<_>>(),
             );
             [&a, &b, &shape].map(|l| {
+            draw("sky", &scene.sky.likeness.iter().zip(&scene.sky.grown).map(|(l, g)| 8.0 * (l - 0.5) + if *g { 4.0 } else { -4.0 }).collect::<Vec<_>>());
+            looks.iter().chain([&shape]).map(|l| {
                 row.masks
                     .iter()
                     .map(|m| {
@@ -251,13 +317,14 @@ fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Weights + Sync, 
                     })
                     .fold(0.0, f64::max)
             })
+            .collect()
         })
         .collect();
-    for (row, [a, b, c]) in rows.iter().zip(&results) {
-        println!("{:40} {a:.3} {b:.3} {c:.3}", row.name);
+    for (row, ious) in rows.iter().zip(&results) {
+        println!("{:40} {}", row.name, ious.iter().map(|v| format!("{v:.3} ")).collect::<String>());
     }
     print!("{title}:");
-    for look in 0..3 {
+    for look in 0..=LOOKS {
         let mut v: Vec<f64> = results.iter().map(|r| r[look]).collect();
         v.sort_by(f64::total_cmp);
         print!(
@@ -274,7 +341,7 @@ fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let single = drawn(Path::new(&args[0]), Path::new(&args[1]));
     let (cache, out) = (Path::new(&args[3]), Path::new(&args[4]));
-    let weights: Vec<Weights> = if cache.exists() {
+    let weights: Vec<Looks> = if cache.exists() {
         serde_json::from_slice(&std::fs::read(cache).expect("readable")).expect("weights")
     } else {
         let weights = learn(&single);
@@ -284,11 +351,9 @@ fn main() {
     report("photographs of the training set, unseen", &single, |i| weights[i % FOLDS].clone(), out);
     report("pairs", &pairs(Path::new(&args[2])), |_| weights[FOLDS].clone(), out);
     if let Some(file) = args.get(5) {
-        let text = format!(
-            "//! Weights learned by `examples/train_segmentation.rs`; not to be edited.\n\n/// First look.\n{}\n/// Second look.\n{}",
-            rust_table("FIRST_LOOK", &weights[FOLDS].looks[0]),
-            rust_table("SECOND_LOOK", &weights[FOLDS].looks[1])
-        );
+        let names = ["FIRST_LOOK", "SECOND_LOOK", "THIRD_LOOK"];
+        let tables: String = names.iter().zip(&weights[FOLDS]).map(|(n, l)| format!("\n/// Learned.\n{}", rust_table(n, l))).collect();
+        let text = format!("//! Weights learned by `examples/train_segmentation.rs`; not to be edited.\n\nuse super::model::Look;\n{tables}");
         std::fs::write(file, text).expect("a written table");
     }
 }

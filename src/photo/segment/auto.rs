@@ -1,7 +1,6 @@
 //! The default method: what the picture itself says about foliage, sky, ground and place, gathered in two looks, then one shape.
 
-use super::features::{FIRST, HIDDEN_FIRST, HIDDEN_SECOND, SECOND, Scene};
-use super::model::committee;
+use super::features::Scene;
 use super::small::Small;
 use super::{Hints, hsv, shape, weights};
 use crate::raster::{Mask, Rect};
@@ -20,12 +19,15 @@ pub struct Found {
 /// Finds the crown in an analysed photograph; `full` is the photograph's size, in whose pixels the hints are.
 pub fn find(scene: &Scene, hints: &Hints, opaque: Option<&Mask>, full: (u32, u32)) -> Found {
     let seeds = seeds(&scene.small, hints, opaque, full);
-    let mut first = committee(FIRST, HIDDEN_FIRST, &weights::FIRST_LOOK, &scene.first());
-    apply(&scene.small, hints, &seeds, &mut first);
-    let mut second = committee(SECOND, HIDDEN_SECOND, &weights::SECOND_LOOK, &scene.second(&first));
-    apply(&scene.small, hints, &seeds, &mut second);
-    let crown = shape::crown(scene, &second);
-    Found { evidence: second.iter().map(|v| *v > 0.0).collect(), crown }
+    let mut looks: Vec<Vec<f32>> = Vec::new();
+    for look in [weights::FIRST_LOOK, weights::SECOND_LOOK] {
+        let inputs = looks.last().map_or_else(|| scene.first(), |belief| scene.second(belief));
+        let mut logits = look.judge(&inputs);
+        apply(&scene.small, hints, &seeds, &mut logits);
+        looks.push(logits);
+    }
+    let crown = shape::crown(scene, &looks);
+    Found { evidence: looks.last().into_iter().flatten().map(|v| *v > 0.0).collect(), crown }
 }
 
 /// What the hints say about each reduced pixel: +1 crown, -1 not crown, 0 nothing.

@@ -4,19 +4,14 @@
 use rayon::prelude::*;
 
 use super::palette::Palette;
+use super::profile::{PROFILE, profile};
 use super::sky::Sky;
 use super::small::{Plane, Small};
 
 /// Numbers per pixel of the first look.
 pub const FIRST: usize = 26;
 /// Numbers per pixel of the second look.
-pub const SECOND: usize = 30;
-/// Hidden units of the networks over the first look.
-pub const HIDDEN_FIRST: usize = 6;
-/// Hidden units of the networks over the second look.
-pub const HIDDEN_SECOND: usize = 4;
-/// Networks that vote on each look: one alone depends on its start.
-pub const NETWORKS: usize = 2;
+pub const SECOND: usize = 30 + PROFILE + 1;
 /// Groups of the palette.
 const GROUPS: usize = 24;
 
@@ -117,6 +112,19 @@ impl Scene {
         out
     }
 
+    /// Mean colour of what is believed to be crown.
+    fn core(&self, belief: &[f32]) -> [f32; 3] {
+        let weight = |b: f32| (b - 0.5).max(0.0) + 1e-6;
+        let total: f32 = belief.iter().map(|&b| weight(b)).sum();
+        [0, 1, 2].map(|c: usize| self.small.lab.iter().zip(belief).map(|(p, &b)| p[c] * weight(b)).sum::<f32>() / total)
+    }
+
+    /// Difference of chromaticity from the crown's core.
+    fn unlike(&self, i: usize, core: [f32; 3]) -> f32 {
+        let [_, a, b] = self.small.lab[i];
+        ((a - core[1]).hypot(b - core[2]) / 15.0).min(3.0)
+    }
+
     /// The second look, `SECOND` numbers per pixel, given the first look's log-odds.
     pub fn second(&self, logits: &[f32]) -> Vec<f32> {
         let w = self.small.width;
@@ -129,12 +137,16 @@ impl Scene {
         let smooth_alike = self.small.mean(&alike, 2);
         let rows = body.rows(&self.small, &belief);
         let columns = body.columns(&self.small, &belief);
+        let profile = profile(&self.small, &near, body.x, body.half_width);
+        let core = self.core(&belief);
         let mut out = vec![0.0; self.small.len() * SECOND];
         out.par_chunks_mut(SECOND).enumerate().for_each(|(i, f)| {
             let ([l, a, b], (x, y)) = (self.small.lab[i], self.place(i));
             let (dx, dy) = body.relative((i % w) as f32, (i / w) as f32);
             let (lowest, mean) = rays[i];
-            f.copy_from_slice(&[
+            f[30..30 + PROFILE].copy_from_slice(&profile[i / w]);
+            f[30 + PROFILE] = self.unlike(i, core);
+            f[..30].copy_from_slice(&[
                 logits[i].clamp(-6.0, 6.0) / 3.0,
                 2.0 * near[i] - 1.0,
                 2.0 * far[i] - 1.0,

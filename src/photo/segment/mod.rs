@@ -11,14 +11,15 @@ use small::Small;
 mod auto;
 mod bits;
 pub mod features;
+mod ellipse;
 mod hsv;
 pub mod model;
 mod palette;
+mod profile;
 mod refine;
 pub mod shape;
 mod sky;
 pub mod small;
-mod star;
 mod trunk;
 mod weights;
 

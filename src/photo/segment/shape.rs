@@ -1,31 +1,43 @@
-//! From evidence per pixel to one crown: the region whose shape and colours agree best.
+//! From evidence per pixel to one crown: what both looks say, a gentle ellipse, one connected region without holes.
 
+use super::bits::Bits;
+use super::ellipse::Ellipse;
 use super::features::Scene;
-use super::star::Star;
+use super::small::{Plane, Small};
 
-/// The crown in the reduced photograph.
-pub fn crown(scene: &Scene, logits: &[f32]) -> Vec<bool> {
+/// Log-odds beyond this count as this much: no single pixel decides.
+const SURE: f32 = 4.0;
+/// Share of the first look in the evidence. The second sees more and errs more boldly.
+const FIRST_SHARE: f32 = 0.5;
+
+/// The crown in the reduced photograph, from the looks' log-odds.
+pub fn crown(scene: &Scene, looks: &[Vec<f32>]) -> Vec<bool> {
     let small = &scene.small;
-    let evidence: Vec<f32> = logits.iter().map(|v| if v.abs() > 10.0 { *v } else { v.clamp(-3.0, 3.0) }).collect();
-    let env = |n: &str, d: f32| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
-    let best = centres(scene, &evidence)
-        .into_iter()
-        .map(|c| Star::fit(small, &evidence, c, env("STIFF", 2.0)))
-        .max_by(|a, b| a.worth.total_cmp(&b.worth));
-    best.map_or_else(|| vec![false; small.len()], |s| s.fill(small))
+    let evidence: Plane = looks[0].iter().zip(&looks[1]).map(|(a, b)| FIRST_SHARE * soft(*a) + (1.0 - FIRST_SHARE) * soft(*b)).collect();
+    let ellipse = Ellipse::fit(small, &evidence.iter().map(|v| v.clamp(-2.0, 2.0)).collect::<Plane>());
+    let smooth = small.mean(&evidence, 1);
+    let shaped: Plane = smooth
+        .iter()
+        .enumerate()
+        .map(|(i, v)| {
+            let level = ellipse.level((i % small.width) as f32 + 0.5, (i / small.width) as f32 + 0.5);
+            v + (2.0 * (1.0 - level)).clamp(-2.0, 1.0)
+        })
+        .collect();
+    one_region(small, &shaped.iter().map(|v| *v > 0.0).collect::<Vec<_>>())
 }
 
-/// Candidate centres: a grid over the bulk of the positive evidence.
-fn centres(scene: &Scene, evidence: &[f32]) -> Vec<(f32, f32)> {
-    let small = &scene.small;
-    let mut out = Vec::new();
-    for gy in 0..7 {
-        for gx in 0..7 {
-            let (x, y) = ((0.2 + 0.1 * gx as f32) * small.width as f32, (0.2 + 0.1 * gy as f32) * small.height as f32);
-            if evidence[y as usize * small.width + x as usize] > 0.0 {
-                out.push((x, y));
-            }
+/// Log-odds within limits; certainties (hints) stay.
+fn soft(v: f32) -> f32 {
+    if v.abs() > 10.0 { v } else { v.clamp(-SURE, SURE) }
+}
+
+/// The largest connected part, holes filled.
+fn one_region(small: &Small, set: &[bool]) -> Vec<bool> {
+    let bits = Bits::from_rows(small.width, small.height, |y, row| {
+        for (x, _) in set[y * small.width..(y + 1) * small.width].iter().enumerate().filter(|(_, s)| **s) {
+            row[x / 64] |= 1 << (x % 64);
         }
-    }
-    out
+    });
+    bits.largest_component().fill_holes().to_mask().as_raw().iter().map(|&v| v != 0).collect()
 }

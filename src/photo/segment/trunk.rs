@@ -36,7 +36,7 @@ struct Column {
 }
 
 /// How much a column of `2 half + 1` pixels differs from both its flanks at a row: the smaller of the two colour differences.
-fn ridge(small: &Small, x: usize, y: usize, half: usize) -> f32 {
+pub fn ridge(small: &Small, x: usize, y: usize, half: usize) -> f32 {
     let row = &small.lab[y * small.width..(y + 1) * small.width];
     let mean = |from: i64, to: i64| -> Option<[f32; 3]> {
         (from >= 0 && to <= small.width as i64 && from < to).then(|| {
