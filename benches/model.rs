@@ -1,8 +1,7 @@
-//! The speeds that issue 2 asks for, each beside what it is measured against, in one run:
+//! Photograph to model, beside what it is measured against, in one run:
 //!
 //! * `segment-12mp`: methods hsv and auto, beside the hsv steps in OpenCV (a Python process of `sphereboard_tools`, same cores);
-//! * `model-12mp`: the whole run at medium detail, from JPEG bytes to GLB bytes;
-//! * `texture-512`: synthesis and bake of a 512² atlas, beside the crate `texture-synthesis` for as many texels.
+//! * `model-12mp`: the whole run at medium detail, from JPEG bytes to GLB bytes.
 //!
 //! The 12 MP photograph is a shared one enlarged to 3000×4000 and saved as JPEG; without `../shared`, our painted sample.
 //! `make bench` runs this and writes `results/<date>-<machine>/`.
@@ -19,7 +18,7 @@ use sphereboard::model::glb;
 use sphereboard::model::pipeline::{self, ModelParams, Request, View};
 use sphereboard::params::ParamSet as _;
 use sphereboard::photo::{DecodeParams, Hints, Photo, SegmentParams, decode, segment};
-use sphereboard::{Seed, files, texture};
+use sphereboard::{Seed, files};
 
 fn photo_path() -> PathBuf {
     let shared = files::shared_folder().map(|s| s.join("photos/single/catalpa_speciosa_43.jpg")).filter(|p| p.exists());
@@ -82,35 +81,6 @@ fn whole_model(c: &mut Criterion) {
     group.finish();
 }
 
-fn texture_synthesis(c: &mut Criterion) {
-    let views = [View { photo: decoded(&jpeg_12mp()), hints: Hints::default(), azimuth_rad: 0.0 }];
-    let mut params = ModelParams::default();
-    params.texture.set("front", "synth").expect("a choice of the table");
-    let request =
-        Request { views: &views, params: &params, height_is_given: true, seed: Seed(1), sources: vec!["bench".to_owned()] };
-    let run = pipeline::run(&request, &|_| ()).expect("a tree is there");
-    let (crown, exemplar) = (&run.crowns[0], &run.exemplars[0]);
-    let texels_per_m = texture::texels_per_m(&crown.mesh, &params.bake).expect("a crown has area");
-    let mut group = c.benchmark_group("texture-512");
-    group.sample_size(10).measurement_time(Duration::from_secs(10));
-    group.bench_function("extension-and-matching", |b| {
-        b.iter(|| {
-            let blocks = texture::synthesize(&crown.mesh, exemplar, texels_per_m, None, &params.texture, Seed(1)).expect("blocks");
-            texture::bake(&crown.mesh, crown.center, &blocks, exemplar, &params.bake).expect("an atlas")
-        });
-    });
-    let png = sphereboard::raster::png(&exemplar.image).expect("an exemplar encodes");
-    group.bench_function("crate-texture-synthesis", |b| {
-        b.iter(|| {
-            let session = texture_synthesis::Session::builder()
-                .add_example(texture_synthesis::Example::new(texture_synthesis::ImageSource::Memory(&png)))
-                .output_size(texture_synthesis::Dims::square(params.bake.texture_size));
-            session.build().expect("a session").run(None)
-        });
-    });
-    group.finish();
-}
-
 /// A Python process that times OpenCV's hsv steps on the same pixels.
 struct OpenCv {
     child: Child,
@@ -154,5 +124,5 @@ impl Drop for OpenCv {
     }
 }
 
-criterion_group!(benches, segmentation, whole_model, texture_synthesis);
+criterion_group!(benches, segmentation, whole_model);
 criterion_main!(benches);

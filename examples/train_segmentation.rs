@@ -63,39 +63,6 @@ fn examples(photo: usize, path: &Path, mask: &Path) -> Vec<Example> {
     out
 }
 
-/// Adam on the logistic loss; every picture counts the same. `data` yields (features, truth) of each picture.
-fn train(inputs: usize, hidden: usize, data: &[(&[f32], &[bool])], seed: u64) -> Vec<f32> {
-    let size = Network::size(inputs, hidden);
-    let mut draws = Seed(seed).keyed("weights", 0);
-    let mut weights: Vec<f32> = (0..size).map(|_| (draws.signed() * (1.5 / inputs as f64).sqrt()) as f32).collect();
-    let samples: Vec<(&[f32], f32)> = data
-        .iter()
-        .flat_map(|(features, truth)| {
-            (0..SAMPLES)
-                .map(|_| draws.below(truth.len()))
-                .collect::<Vec<_>>()
-                .into_iter()
-                .map(|i| (&features[i * inputs..(i + 1) * inputs], f32::from(u8::from(truth[i]))))
-        })
-        .collect();
-    let (mut m, mut v) = (vec![0.0f32; size], vec![0.0f32; size]);
-    let (batch, epochs) = (256, 24);
-    let steps = epochs * samples.len() / batch;
-    for step in 0..steps {
-        let mut gradient = vec![0.0f32; size];
-        for _ in 0..batch {
-            let (x, t) = samples[draws.below(samples.len())];
-            backward(inputs, hidden, &weights, x, t, &mut gradient);
-        }
-        let rate = 0.01 * (1.0 - step as f32 / steps as f32);
-        for i in 0..size {
-            let g = gradient[i] / batch as f32 + DECAY * weights[i];
-            m[i] = 0.9 * m[i] + 0.1 * g;
-            v[i] = 0.99 * v[i] + 0.01 * g * g;
-            weights[i] -= rate * m[i] / (v[i].sqrt() + 1e-6);
-        }
-    }
-    weights
 /// A learned look that owns its numbers.
 #[derive(Clone, serde::Serialize, serde::Deserialize)]
 struct Learned {
@@ -178,12 +145,6 @@ fn iou(logits: &[f32], truth: &[bool]) -> f64 {
     both as f64 / either.max(1) as f64
 }
 
-fn rust_table(name: &str, weights: &[f32]) -> String {
-    let rows: Vec<String> = weights
-        .chunks(12)
-        .map(|r| format!("    {},", r.iter().map(|w| format!("{w:.3}")).collect::<Vec<_>>().join(", ")))
-        .collect();
-    format!("pub const {name}: [f32; {}] = [\n{}\n];\n", weights.len(), rows.join("\n"))
 fn rust_table(name: &str, look: &Learned) -> String {
     let rows: Vec<String> = look.terms.iter().map(|t| format!("        [{}],\n", t.map(|v| format!("{v:.4}")).join(", "))).collect();
     format!("pub const {name}: Look<'static> = Look {{\n    terms: &[\n{}    ],\n    bias: {:.4},\n}};\n", rows.concat(), look.bias)
@@ -201,13 +162,6 @@ fn judge(looks: &Looks, scene: &Scene) -> Vec<Vec<f32>> {
 }
 
 /// Weights per fold, and from all pictures.
-fn learn(rows: &[Row]) -> Vec<Weights> {
-    let all: Vec<Example> = rows
-        .par_iter()
-        .enumerate()
-        .filter(|(_, r)| !HELD_OUT.contains(&r.name.as_str()))
-        .flat_map_iter(|(i, r)| examples(i, &r.image, &r.masks[0]))
-        .collect();
 fn learn(rows: &[Row]) -> Vec<Looks> {
     let all: Vec<Example> = rows.par_iter().enumerate().filter(|(_, r)| !HELD_OUT.contains(&r.name.as_str())).flat_map_iter(|(i, r)| examples(i, &r.image, &r.masks[0])).collect();
     println!("{} pictures", all.len());
@@ -221,17 +175,6 @@ fn learn(rows: &[Row]) -> Vec<Looks> {
         let learned: Vec<Learned> = folds
             .par_iter()
             .map(|&fold| {
-                let data: Vec<_> =
-                    all.iter().zip(&features).filter(|(e, _)| learned(e, fold)).map(|(e, f)| (&f[..], &e.truth[..])).collect();
-                (0..NETWORKS).flat_map(|k| train(inputs, hidden, &data, 7 + look + 100 * k as u64)).collect()
-            })
-            .collect();
-        features = all
-            .par_iter()
-            .zip(&features)
-            .map(|(e, f)| e.scene.second(&committee(inputs, hidden, &learned[e.photo % FOLDS], f)))
-            .collect();
-        weights.iter_mut().zip(learned).for_each(|(w, l)| w.looks.push(l));
                 let data: Vec<_> = all.iter().zip(&inputs).filter(|(e, _)| learned(e, fold)).map(|(e, f)| (&f[..], &e.truth[..])).collect();
                 train(size, &data)
             })
@@ -286,33 +229,18 @@ fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Looks + Sync, ou
             let (w, h) = (scene.small.width as u32, scene.small.height as u32);
             let draw = |suffix: &str, values: &[f32]| {
                 let grey = values.iter().map(|v| (255.0 / (1.0 + (-v).exp())) as u8).collect();
-                image::GrayImage::from_raw(w, h, grey)
-                    .expect("one byte a pixel")
-                    .save(out.join(format!("{}.{suffix}.png", row.name)))
-                    .expect("written");
+                image::GrayImage::from_raw(w, h, grey).expect("one byte a pixel").save(out.join(format!("{}.{suffix}.png", row.name))).expect("written");
             };
             for (look, name) in looks.iter().zip(["first", "second", "third"]) {
                 draw(name, look);
             }
             draw("shape", &shape.iter().map(|v| 20.0 * v).collect::<Vec<_>>());
-            draw(
-                "sky",
-                &scene
-                    .sky
-                    .likeness
-                    .iter()
-                    .zip(&scene.sky.grown)
-                    .map(|(l, g)| 8.0 * (l - 0.5) + if *g { 4.0 } else { -4.0 })
-                    .collect::<Vec<_>>(),
-            );
-            [&a, &b, &shape].map(|l| {
             draw("sky", &scene.sky.likeness.iter().zip(&scene.sky.grown).map(|(l, g)| 8.0 * (l - 0.5) + if *g { 4.0 } else { -4.0 }).collect::<Vec<_>>());
             looks.iter().chain([&shape]).map(|l| {
                 row.masks
                     .iter()
                     .map(|m| {
-                        let truth: Vec<bool> =
-                            Small::new(&image::open(m).expect("a mask").to_rgb8()).rgb.iter().map(|c| c[0] >= 128.0).collect();
+                        let truth: Vec<bool> = Small::new(&image::open(m).expect("a mask").to_rgb8()).rgb.iter().map(|c| c[0] >= 128.0).collect();
                         iou(l, &truth)
                     })
                     .fold(0.0, f64::max)
@@ -327,12 +255,7 @@ fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Looks + Sync, ou
     for look in 0..=LOOKS {
         let mut v: Vec<f64> = results.iter().map(|r| r[look]).collect();
         v.sort_by(f64::total_cmp);
-        print!(
-            "  mean {:.3} median {:.3} low {}",
-            v.iter().sum::<f64>() / v.len() as f64,
-            v[v.len() / 2],
-            v.iter().filter(|&&v| v < 0.5).count()
-        );
+        print!("  mean {:.3} median {:.3} low {}", v.iter().sum::<f64>() / v.len() as f64, v[v.len() / 2], v.iter().filter(|&&v| v < 0.5).count());
     }
     println!();
 }

@@ -161,8 +161,7 @@ fn from_mask(mask: &Mask) -> Segmentation {
 fn by_hue(photo: &Photo, params: &SegmentParams, hints: &Hints) -> Result<Segmentation> {
     let range = hints.hue_deg.unwrap_or(hsv::HUE_OF_SHE_DEG);
     let found = hsv::segment(&photo.image, range, params.opening_px, params.closing_px);
-    let steps =
-        vec![("threshold", found.threshold.to_mask()), ("opening", found.opened.to_mask()), ("closing", found.closed.to_mask())];
+    let steps = vec![("threshold", found.threshold.to_mask()), ("opening", found.opened.to_mask()), ("closing", found.closed.to_mask())];
     Ok(bare(&found.crown, steps, range))
 }
 
@@ -171,8 +170,7 @@ fn by_looks(photo: &Photo, scene: &Scene, hints: &Hints) -> Result<Segmentation>
     let size = photo.image.dimensions();
     let found = auto::find(scene, hints, photo.opaque.as_ref(), size);
     let crown = refine::refine(&photo.image, &scene.small, &found.crown);
-    let steps =
-        vec![("evidence", enlarge(&found.evidence, &scene.small, size)), ("shape", enlarge(&found.crown, &scene.small, size))];
+    let steps = vec![("evidence", enlarge(&found.evidence, &scene.small, size)), ("shape", enlarge(&found.crown, &scene.small, size))];
     Ok(bare(&crown, steps, (0.0, 360.0)))
 }
 

@@ -3,15 +3,6 @@
 
 use rayon::prelude::*;
 
-/// The mean log-odds of several networks of one shape, for each row of `inputs` numbers; their weights follow one another.
-pub fn committee(inputs: usize, hidden: usize, weights: &[f32], rows: &[f32]) -> Vec<f32> {
-    let size = Network::size(inputs, hidden);
-    let members = (weights.len() / size) as f32;
-    let vote = |row: &[f32]| {
-        weights.chunks_exact(size).map(|weights| Network { inputs, hidden, weights }.logit(row)).sum::<f32>() / members
-    };
-    rows.par_chunks_exact(inputs).map(vote).collect()
-}
 /// One input of a [`Look`]: its mean and inverse deviation over the training pixels, and the weights of the standardised value and of
 /// its square.
 pub type Term = [f32; 4];

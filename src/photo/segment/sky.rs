@@ -67,9 +67,7 @@ fn likeness(small: &Small, grown: &[bool]) -> Plane {
         let (l, a, b) = cell(*c);
         // A tent of three cells a side: colours between the seen ones are sky too.
         for (dl, da, db) in (0..27).map(|i| (i / 9, i / 3 % 3, i % 3)) {
-            let (Some(l), Some(a), Some(b)) = ((l + dl).checked_sub(1), (a + da).checked_sub(1), (b + db).checked_sub(1)) else {
-                continue;
-            };
+            let (Some(l), Some(a), Some(b)) = ((l + dl).checked_sub(1), (a + da).checked_sub(1), (b + db).checked_sub(1)) else { continue };
             if l < BINS && a < BINS && b < BINS {
                 let weight = [0.5, 1.0, 0.5];
                 counts[(l * BINS + a) * BINS + b] += weight[dl] * weight[da] * weight[db];
