@@ -30,7 +30,11 @@ pub fn find(photo: &RgbImage, crown: &Mask, tree: &Mask) -> Option<TrunkCues> {
     // The middle half of each run: its edges are mixed with what stands behind.
     let middle =
         |run: &Run| (run.from + run.width / 4..run.from + run.width - run.width / 4).map(|x| (x, run.y)).collect::<Vec<_>>();
-    let bark_pixels: Vec<[u8; 3]> = runs.iter().flat_map(middle).map(|(x, y)| photo.get_pixel(x, y).0).collect();
+    let bark_pixels: Vec<[u8; 3]> =
+        runs.iter().flat_map(middle).filter_map(|(x, y)| photo.get_pixel_checked(x, y)).map(|p| p.0).collect();
+    if bark_pixels.is_empty() {
+        return None;
+    }
     let median = |channel: usize| {
         let mut values: Vec<u8> = bark_pixels.iter().map(|p| p[channel]).collect();
         values.sort_unstable();
@@ -44,7 +48,7 @@ pub(super) fn neck(crown: &Mask, tree: &Mask) -> Option<DVec2> {
     runs(crown, tree).map(|runs| shape(&runs).1)
 }
 
-/// One row of the trunk: `width` pixels from column `from`.
+/// One sampled row of the trunk: `width` pixels from column `from`.
 struct Run {
     y: u32,
     from: u32,
@@ -62,7 +66,10 @@ fn shape(runs: &[Run]) -> (DVec2, DVec2, f64) {
     (foot, neck, f64::from(widths[widths.len() / 2]))
 }
 
-/// The longest run of each row of the tallest connected part of the tree that is not crown, below the crown's middle.
+/// Longest side of the grid on which the trunk is looked for, pixels: a larger photograph is sampled at every second pixel, third, ….
+const FINEST: u32 = 1000;
+
+/// The longest run of each sampled row of the tallest connected part of the tree that is not crown, below the crown's middle.
 fn runs(crown: &Mask, tree: &Mask) -> Option<Vec<Run>> {
     if (crown.width(), crown.height()) != (tree.width(), tree.height()) {
         return None;
@@ -71,8 +78,11 @@ fn runs(crown: &Mask, tree: &Mask) -> Option<Vec<Run>> {
     let top = crown_box.y + crown_box.height / 2;
     let bottom = tree_box.y + tree_box.height;
     let window = Rect { x: tree_box.x, y: top, width: tree_box.width, height: bottom.checked_sub(top).filter(|&h| h > 0)? };
-    let bare = GrayImage::from_fn(window.width, window.height, |x, y| {
-        let (x, y) = (i64::from(x + window.x), i64::from(y + window.y));
+    let pitch = window.height.max(window.width).div_ceil(FINEST).max(1);
+    let full = |x: u32, y: u32| (window.x + x * pitch + pitch / 2, window.y + y * pitch + pitch / 2);
+    let bare = GrayImage::from_fn(window.width.div_ceil(pitch), window.height.div_ceil(pitch), |x, y| {
+        let (x, y) = full(x, y);
+        let (x, y) = (i64::from(x), i64::from(y));
         Luma([255 * u8::from(tree.get(x, y) && !crown.get(x, y))])
     });
     let labels = connected_components(&bare, Connectivity::Eight, Luma([0]));
@@ -81,11 +91,11 @@ fn runs(crown: &Mask, tree: &Mask) -> Option<Vec<Run>> {
     for (y, row) in labels.rows().enumerate() {
         let row: Vec<bool> = row.map(|l| l.0[0] == label).collect();
         if let Some((from, width)) = longest_run(&row) {
-            runs.push(Run { y: y as u32 + window.y, from: from as u32 + window.x, width: width as u32 });
+            runs.push(Run { y: full(0, y as u32).1, from: window.x + from as u32 * pitch, width: width as u32 * pitch });
         }
     }
     // Less than this is the ragged edge between two masks, not a trunk.
-    let visible = runs.len() as u32 >= 3.max(crown_box.height / 50);
+    let visible = runs.len() as u32 * pitch >= 3.max(crown_box.height / 50);
     let slim = shape(&runs).2 <= 0.6 * f64::from(crown_box.width);
     (visible && slim).then_some(runs)
 }
@@ -135,6 +145,15 @@ mod tests {
         let cues = find(&photo, &crown, &tree).unwrap();
         assert_eq!((cues.foot_px, cues.width_px, cues.bark), (DVec2::new(30.0, 70.0), 6.0, [90, 70, 50]));
         assert!((cues.neck_px.x - 30.0).abs() < 0.51 && (44.0..46.0).contains(&cues.neck_px.y), "{cues:?}");
+    }
+
+    #[test]
+    fn a_large_photograph_is_sampled_and_gives_the_same_trunk() {
+        let disc = |x: u32, y: u32| (f64::from(x) - 1000.0).hypot(f64::from(y) - 800.0) < 700.0;
+        let crown = Mask::from_fn(2000, 2600, disc);
+        let tree = Mask::from_fn(2000, 2600, |x, y| disc(x, y) || ((900..1100).contains(&x) && (800..2500).contains(&y)));
+        let cues = find(&RgbImage::new(2000, 2600), &crown, &tree).unwrap();
+        assert!(cues.foot_px.distance(DVec2::new(1000.0, 2500.0)) < 3.0 && (cues.width_px - 200.0).abs() < 3.0, "{cues:?}");
     }
 
     #[test]
