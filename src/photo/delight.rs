@@ -103,6 +103,16 @@ impl Shading {
         Self { gain: Layer { texels, ..soft }, bounds: crown.bounds, step_px: crown.step_px }
     }
 
+    /// Weighted linear colours of the rectangle from `origin` of `extent` pixels of the photograph, without its shading.
+    pub fn removed(&self, colors: Layer, origin: [f64; 2], extent: [f64; 2]) -> Layer {
+        let (width, height) = (colors.width as f64, colors.height as f64);
+        Layer::from_fn(colors.width, colors.height, |x, y| {
+            let t = colors.texels[y * colors.width + x];
+            let at = |i: usize, n: f64, axis: usize| origin[axis] + (i as f64 + 0.5) / n * extent[axis];
+            (self.gain(at(x, width, 0), at(y, height, 1)) * t.truncate()).extend(t.w)
+        })
+    }
+
     /// The factor at a place of the photograph, pixels; beyond the crown as at its border.
     pub fn gain(&self, x: f64, y: f64) -> f32 {
         let at = |v: f64, origin: u32, n: usize| ((v - f64::from(origin)) / self.step_px).clamp(0.0, n as f64) as f32;

@@ -80,16 +80,12 @@ pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, para
 
 /// The window as `side` × `side` texels: encoded sRGB 0..=255 in `xyz`, bled over the gaps, and the part that is foliage in `w`.
 fn cut(photo: &Photo, crown: &Mask, gaps: &Mask, window: Rect, side: usize, shading: &Shading) -> Layer {
-    let source = |x: i64, y: i64| {
-        let gain = shading.gain(x as f64 + 0.5, y as f64 + 0.5);
-        let t = foliage_at(&photo.image, crown, gaps, x, y);
-        (gain * t.truncate()).extend(t.w)
-    };
     let there = |x: i64, y: i64| Vec4::splat(f32::from(crown.get(x, y) && !gaps.get(x, y)));
     let (origin, extent) = ([f64::from(window.x), f64::from(window.y)], [f64::from(window.width); 2]);
     // Fewer pixels than texels: average pixel by pixel, then interpolate sharply between them.
     let n = side.min(window.width as usize);
-    let mut colors = Layer::area_average(n, n, origin, extent, source).straightened();
+    let average = Layer::area_average(n, n, origin, extent, |x, y| foliage_at(&photo.image, crown, gaps, x, y));
+    let mut colors = shading.removed(average, origin, extent).straightened();
     colors.bleed();
     let alphas = Layer::area_average(n, n, origin, extent, there);
     if n == side {

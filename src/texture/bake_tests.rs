@@ -62,6 +62,29 @@ fn seams_vanish_and_the_grain_stays() {
 }
 
 #[test]
+fn both_sides_of_a_cut_show_the_same_even_in_coarser_mip_levels() {
+    let atlas = atlas_of(&lumpy_ball(24, 1.2), 256, 64);
+    // The mean over an 8×8 block, mip level 3, round a texture coordinate: what lies there is turned half round on the other side.
+    let mean = |uv: Vec2| {
+        let corner = (256.0 * uv).round().as_ivec2();
+        let texel = |i: i32| {
+            *atlas.image.get_pixel((corner.x - 4 + i % 8).clamp(0, 255) as u32, (corner.y - 4 + i / 8).clamp(0, 255) as u32)
+        };
+        (0..64).map(texel).map(|p| Vec3::new(p[0].into(), p[1].into(), p[2].into())).sum::<Vec3>() / 64.0
+    };
+    let mut twins: BTreeMap<[u32; 3], Vec<Vec2>> = BTreeMap::new();
+    for (p, uv) in atlas.surface.mesh.positions.iter().zip(&atlas.surface.uvs) {
+        twins.entry(p.to_array().map(f32::to_bits)).or_default().push(*uv);
+    }
+    let cut: Vec<&Vec<Vec2>> = twins.values().filter(|t| t.len() > 1).collect();
+    assert!(cut.len() > 10);
+    let difference = |a: &[Vec2], b: &[Vec2]| (mean(a[0]) - mean(b[b.len() - 1])).length();
+    let same: f32 = cut.iter().map(|t| difference(t, t)).sum();
+    let other: f32 = cut.iter().zip(cut.iter().skip(3)).map(|(a, b)| difference(a, b)).sum();
+    assert!(same < 0.35 * other, "{same} against {other} by chance");
+}
+
+#[test]
 fn gaps_stay_as_frequent_as_in_the_exemplar() {
     let exemplar = leafy(96);
     let expected = exemplar.image.pixels().filter(|p| p[3] < 128).count() as f64 / f64::from(96 * 96);

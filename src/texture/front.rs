@@ -63,11 +63,8 @@ impl FrontLayer {
         let inside = Layer::area_average(width, height, origin, extent, |x, y| {
             Vec4::new(0.0, f32::from(crown.get(x, y) && gaps.get(x, y)), 0.0, f32::from(crown.get(x, y)))
         });
-        let averaged = Layer::area_average(width, height, origin, extent, |x, y| {
-            let gain = shading.gain(x as f64 + 0.5, y as f64 + 0.5);
-            let t = foliage_at(front.image, crown, gaps, x, y);
-            (gain * t.truncate()).extend(t.w)
-        });
+        let averaged = Layer::area_average(width, height, origin, extent, |x, y| foliage_at(front.image, crown, gaps, x, y));
+        let averaged = shading.removed(averaged, origin, extent);
         // Two texels inwards the rim no longer mixes with the sky.
         let deep = inside.low_pass(1);
         let mut layer = averaged.straightened();
@@ -120,41 +117,40 @@ impl FrontLayer {
             .collect()
     }
 
-    /// Per polygon, how much brighter than `mean` each channel is: known where the photograph is used, and running on from there over
-    /// `reach` rounds of averaging with the neighbours, fading to 1.
+    /// Per polygon and channel, how much brighter than `mean` the texture is: known where the photograph is used, and running on from
+    /// there over the neighbours, fading to 1, so that no band shows where the photograph ends.
     pub(super) fn gains(&self, mesh: &PolyMesh, flat: &FlatMesh, facing: &[bool], mean: Vec3) -> Vec<Vec3> {
-        let known: Vec<Option<Vec3>> = mesh
-            .polygons()
-            .enumerate()
-            .map(|(p, polygon)| {
-                facing[p].then(|| {
-                    let corners = polygon.iter().map(|&v| mesh.positions[v as usize]);
-                    let middle = corners.clone().sum::<Vec3>() / polygon.len() as f32;
-                    let sum: Vec4 = corners.chain([middle]).map(|c| self.sample(c)).map(|t| (t.w * t.truncate()).extend(t.w)).sum();
-                    let local = if sum.w > 0.1 { sum.truncate() / sum.w } else { mean };
-                    (local.max(Vec3::ONE) / mean.max(Vec3::ONE)).clamp(Vec3::splat(0.4), Vec3::splat(2.5)).map(f32::ln)
-                })
-            })
-            .collect();
-        let mut log: Vec<Vec3> = known.iter().map(|k| k.unwrap_or_default()).collect();
+        let local = |(p, polygon): (usize, &[u32])| if facing[p] { self.log_gain(mesh, polygon, mean) } else { Vec3::ZERO };
+        let mut log: Vec<Vec3> = mesh.polygons().enumerate().map(local).collect();
         // Rounds that reach about a third of the way round; the photograph's own polygons are only smoothed.
-        let rounds = (1.2 * (flat.flats.len() as f32).sqrt()) as usize;
-        let fade = 1.0 - 1.0 / (0.3 * flat.flats.len() as f32).max(2.0);
+        let rounds = (1.2 * (log.len() as f32).sqrt()) as usize;
+        let fade = 1.0 - 1.0 / (0.3 * log.len() as f32).max(2.0);
         for round in 0..rounds {
-            log = (0..log.len())
-                .map(|p| {
-                    if facing[p] && round >= 4 {
-                        return log[p];
-                    }
-                    let around = flat.hinges[p].iter().flatten().filter(|h| !facing[p] || facing[h.polygon]);
-                    let (sum, n) = around.fold((log[p], 1.0), |(s, n), h| (s + log[h.polygon], n + 1.0));
-                    fade * sum / n
-                })
-                .collect();
+            let next = |p: usize| {
+                if facing[p] && round >= SMOOTHING {
+                    return log[p];
+                }
+                let around = flat.hinges[p].iter().flatten().filter(|h| !facing[p] || facing[h.polygon]);
+                let (sum, n) = around.fold((log[p], 1.0), |(s, n), h| (s + log[h.polygon], n + 1.0));
+                fade * sum / n
+            };
+            log = (0..log.len()).map(next).collect();
         }
         log.iter().map(|l| l.map(f32::exp)).collect()
     }
+
+    /// Logarithm of what the photograph shows of a polygon over `mean`, bounded to 0.4..=2.5.
+    fn log_gain(&self, mesh: &PolyMesh, polygon: &[u32], mean: Vec3) -> Vec3 {
+        let corners = polygon.iter().map(|&v| mesh.positions[v as usize]);
+        let middle = corners.clone().sum::<Vec3>() / polygon.len() as f32;
+        let sum: Vec4 = corners.chain([middle]).map(|c| self.sample(c)).map(|t| (t.w * t.truncate()).extend(t.w)).sum();
+        let local = if sum.w > 0.1 { sum.truncate() / sum.w } else { mean };
+        (local.max(Vec3::ONE) / mean.max(Vec3::ONE)).clamp(Vec3::splat(0.4), Vec3::splat(2.5)).map(f32::ln)
+    }
 }
+
+/// Rounds in which the photograph's own polygons average with each other: single leaves are no shading.
+const SMOOTHING: usize = 4;
 
 /// Normals averaged twice with the neighbours', so that the disturbed surface has one rim and no islands.
 fn smoothed_normals(flat: &FlatMesh) -> Vec<Vec3> {

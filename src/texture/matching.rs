@@ -96,7 +96,7 @@ impl Matcher {
     fn worn(&self, x: i64, y: i64) -> f32 {
         let cells = self.used.len() as f32;
         let often = self.used[self.cell(x, y)] * cells / (self.total + cells);
-        1.0 + 0.25 * often + 2.0 * (self.gaps.around[self.texel(x, y)] - self.gaps.wanted()).abs()
+        1.0 + 0.25 * often + 4.0 * (self.gaps.around[self.texel(x, y)] - self.gaps.wanted()).abs()
     }
 
     fn texel(&self, x: i64, y: i64) -> usize {
