@@ -21,9 +21,8 @@ sheets: ## contact sheets of every photograph into results/local
 	@scripts/setup demo
 	cargo run --release --locked --example contact_sheets
 
-bench: ## the benchmarks
-	@scripts/setup demo
-	cargo bench --locked
+bench: ## the benchmarks, into results/<date>-<cores>-core-cpu
+	@scripts/bench
 
 fuzz: ## a minute of random pictures through decode, segment and model (FUZZ_SECONDS=n for longer)
 	@scripts/fuzz

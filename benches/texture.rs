@@ -48,9 +48,9 @@ fn texture(c: &mut Criterion) {
     let window_px = Rect { x: 0, y: 0, width: SIDE, height: SIDE };
     let exemplar = Exemplar { image: image.clone(), window_px, scale: 1.0, gap_fraction: 0.0 };
     let (synth, params) = (SynthParams::default(), BakeParams::default());
-    let mut group = c.benchmark_group("texture 512²");
+    let mut group = c.benchmark_group("texture-512");
     group.sample_size(10);
-    group.bench_function("sphereboard: synthesize and bake", |b| {
+    group.bench_function("sphereboard", |b| {
         b.iter(|| {
             let density = texels_per_m(&mesh, &params).unwrap();
             let texture = synthesize(&mesh, &exemplar, density, None, &synth, Seed(1)).unwrap();
@@ -59,7 +59,7 @@ fn texture(c: &mut Criterion) {
     });
     let mut png = std::io::Cursor::new(Vec::new());
     image.write_to(&mut png, image::ImageFormat::Png).unwrap();
-    group.bench_function("texture-synthesis 0.8", |b| {
+    group.bench_function("crate-texture-synthesis", |b| {
         b.iter(|| {
             let source = texture_synthesis::ImageSource::Memory(png.get_ref());
             let size = texture_synthesis::Dims::square(params.texture_size);

@@ -8,7 +8,6 @@
 //!                                                                                           trunk ─────────┴▶ TreeModel ─▶ GLB
 //! ```
 //!
-//! * floor 0: [`error`], [`seed`], [`mod@params`], [`files`], [`geom`], [`raster`] — what everything stands on;
 //! * floor 0: [`error`], [`seed`], [`params`](mod@params), [`files`], [`geom`], [`raster`] — what everything stands on;
 //! * floor 1: [`photo`] — decoding, segmentation, silhouette, exemplar, trunk cues;
 //! * floor 2: [`crown`] and [`texture`] — outline to closed surface, exemplar to atlas;

@@ -1,4 +1,4 @@
-"""The command line: ``sphereboard-tools check-segmentation``, ``check-mesh`` and, for the benches, ``time-hsv``."""
+"""The command line: ``sphereboard-tools check-segmentation``, ``check-mesh`` and, for the benches, ``time-hsv`` and ``bench-report``."""
 
 import argparse
 import sys
@@ -28,6 +28,9 @@ def parser() -> argparse.ArgumentParser:
     timing.add_argument("picture", type=Path)
     timing.add_argument("opening_px", type=int)
     timing.add_argument("closing_px", type=int)
+    bench = commands.add_parser("bench-report", help="tables of what `make bench` measured")
+    bench.add_argument("criterion", type=Path, help="criterion's folder of results")
+    bench.add_argument("out", type=Path, help="where README.md and bench.csv go")
     return top
 
 
@@ -44,6 +47,10 @@ def main() -> int:
             from sphereboard_tools import time_hsv
 
             good = time_hsv.run(arguments.picture, arguments.opening_px, arguments.closing_px)
+        elif arguments.command == "bench-report":
+            from sphereboard_tools import bench_report
+
+            good = bench_report.run(arguments.criterion, arguments.out)
         else:
             from sphereboard_tools import check_segmentation
 
