@@ -41,6 +41,11 @@ fn drawn(photos: &Path, masks: &Path) -> Vec<Row> {
         .collect()
 }
 
+/// 0 for a mask of another size.
+fn same_size_iou(a: &Mask, b: &Mask) -> f64 {
+    if (a.width(), a.height()) == (b.width(), b.height()) { a.iou(b) } else { 0.0 }
+}
+
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let mut params = SegmentParams::default();
@@ -58,7 +63,7 @@ fn main() {
             let ms = start.elapsed().as_secs_f64() * 1e3;
             match result {
                 Ok(s) => {
-                    let best = row.masks.iter().map(|m| Mask::from_gray(&image::open(m).expect("a mask").to_luma8()).iou(&s.crown)).fold(0.0, f64::max);
+                    let best = row.masks.iter().map(|m| same_size_iou(&Mask::from_gray(&image::open(m).expect("a mask").to_luma8()), &s.crown)).fold(0.0, f64::max);
                     if let Some(out) = &out {
                         std::fs::create_dir_all(out).expect("a folder for the masks");
                         photo.image.save(out.join(format!("{name}.photo.png"))).expect("a written photo");

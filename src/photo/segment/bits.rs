@@ -73,6 +73,18 @@ impl Bits {
         self.zip(other, |a, b| a & b)
     }
 
+    /// Pixels of either set.
+    pub fn or(&self, other: &Self) -> Self {
+        self.zip(other, |a, b| a | b)
+    }
+
+    /// Pixels of the set on the picture's top and bottom rows, left and right columns.
+    pub fn frame_contact(&self) -> [usize; 4] {
+        let row = |y: usize| self.row(y).iter().map(|w| w.count_ones() as usize).sum();
+        let column = |x: usize| (0..self.height).filter(|&y| self.row(y)[x / 64] >> (x % 64) & 1 == 1).count();
+        if self.words.is_empty() { [0; 4] } else { [row(0), row(self.height - 1), column(0), column(self.width - 1)] }
+    }
+
     /// Opening with a disc: what is narrower than the disc goes.
     pub fn open(&self, radius_px: u32) -> Self {
         self.erode(radius_px).dilate(radius_px)

@@ -19,9 +19,10 @@ pub struct Steps {
     pub crown: Bits,
 }
 
-/// Runs the paper's steps; radii in pixels of the photograph.
-pub fn segment(image: &RgbImage, hue_deg: (f64, f64), opening_px: u32, closing_px: u32) -> Steps {
+/// Runs the paper's steps; radii in pixels of the photograph. Only `allowed` pixels can belong to the crown.
+pub fn segment(image: &RgbImage, hue_deg: (f64, f64), opening_px: u32, closing_px: u32, allowed: Option<&Bits>) -> Steps {
     let threshold = in_hue_range(image, hue_deg);
+    let threshold = allowed.map_or_else(|| threshold.clone(), |a| threshold.and(a));
     let opened = threshold.open(opening_px);
     let closed = opened.close(closing_px);
     let crown = closed.largest_component().fill_holes();

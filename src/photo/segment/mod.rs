@@ -1,5 +1,7 @@
 //! Segmentation: which pixels are the crown (She §3.1, fig. 7).
 
+use rayon::prelude::*;
+
 use crate::raster::{Mask, Rect};
 use crate::{Error, Result, Warning};
 
@@ -11,6 +13,7 @@ use small::Small;
 mod auto;
 mod bits;
 pub mod features;
+mod foliage;
 mod ellipse;
 mod hsv;
 pub mod model;
@@ -104,7 +107,8 @@ pub struct Segmentation {
     pub gaps: Mask,
     /// The steps of fig. 7 in order, for people to look at: name and mask.
     pub steps: Vec<(&'static str, Mask)>,
-    /// The hue range that was used, degrees.
+    /// Method hsv: the hue range that was used; auto: that of the crown's own foliage, 5th to 95th percentile (reds may begin below 0).
+    /// Degrees.
     pub hue_deg: (f64, f64),
     /// What the user should know.
     pub warnings: Vec<Warning>,
@@ -128,13 +132,15 @@ pub fn segment(photo: &Photo, params: &SegmentParams, hints: &Hints) -> Result<S
     let small = Small::new(&photo.image);
     refuse_blank(&small)?;
     let scene = Scene::new(small);
-    let mut result = match (&hints.mask, params.method) {
-        (Some(mask), _) => from_mask(mask),
-        (None, Method::Hsv) => by_hue(photo, params, hints)?,
-        (None, Method::Auto) => by_looks(photo, &scene, hints)?,
+    let opaque = photo.opaque.as_ref().filter(|m| (m.width(), m.height()) == (width, height));
+    // A cut-out with nothing cut out, or with nothing left, says nothing.
+    let opaque = opaque.filter(|m| (0.02..=0.98).contains(&(m.count() as f64 / (f64::from(width) * f64::from(height)))));
+    let found = match (&hints.mask, params.method) {
+        (Some(mask), _) => from_mask(mask, &scene),
+        (None, Method::Hsv) => by_hue(photo, &scene, params, hints, opaque)?,
+        (None, Method::Auto) => by_looks(photo, &scene, hints, opaque)?,
     };
-    complete(photo, &scene, hints, &mut result);
-    Ok(result)
+    Ok(complete(photo, &scene, found))
 }
 
 /// Refuses a picture that is nothing but one colour.
@@ -144,51 +150,117 @@ fn refuse_blank(small: &Small) -> Result<()> {
     if spread < 4.0 { Err(Error::NothingToSee { what: "one colour" }) } else { Ok(()) }
 }
 
-/// A crown so far, without trunk, gaps and warnings.
-fn bare(crown: &Bits, steps: Vec<(&'static str, Mask)>, hue_deg: (f64, f64)) -> Segmentation {
-    let crown = crown.to_mask();
-    let empty = Mask::new(crown.width(), crown.height());
-    Segmentation { tree: empty.clone(), gaps: empty, crown, steps, hue_deg, warnings: Vec::new() }
+/// What a method found.
+struct Found {
+    crown: Bits,
+    steps: Vec<(&'static str, Mask)>,
+    hue_deg: (f64, f64),
 }
 
 /// The crown as a person drew it.
-fn from_mask(mask: &Mask) -> Segmentation {
+fn from_mask(mask: &Mask, scene: &Scene) -> Found {
     let crown = Bits::from_mask(mask).largest_component().fill_holes();
-    bare(&crown, vec![("given mask", mask.clone())], (0.0, 360.0))
+    let hue_deg = foliage::hue_range(scene, &Small::new_mask(&crown.to_mask(), &scene.small));
+    Found { crown, steps: vec![("given mask", mask.clone())], hue_deg }
 }
 
-/// The paper's method.
-fn by_hue(photo: &Photo, params: &SegmentParams, hints: &Hints) -> Result<Segmentation> {
+/// The paper's method. Hints restrict what passes the threshold; a point of the crown chooses its component.
+fn by_hue(photo: &Photo, scene: &Scene, params: &SegmentParams, hints: &Hints, opaque: Option<&Mask>) -> Result<Found> {
     let range = hints.hue_deg.unwrap_or(hsv::HUE_OF_SHE_DEG);
-    let found = hsv::segment(&photo.image, range, params.opening_px, params.closing_px);
+    let allowed = allowed(photo, hints, opaque);
+    let found = hsv::segment(&photo.image, range, params.opening_px, params.closing_px, allowed.as_ref());
+    if found.crown.count() == 0 {
+        return Err(foliage::none(scene, format!(" between {} and {} degrees of hue", range.0, range.1)));
+    }
     let steps = vec![("threshold", found.threshold.to_mask()), ("opening", found.opened.to_mask()), ("closing", found.closed.to_mask())];
-    Ok(bare(&found.crown, steps, range))
+    Ok(Found { crown: found.crown, steps, hue_deg: range })
 }
 
 /// Our own.
-fn by_looks(photo: &Photo, scene: &Scene, hints: &Hints) -> Result<Segmentation> {
+fn by_looks(photo: &Photo, scene: &Scene, hints: &Hints, opaque: Option<&Mask>) -> Result<Found> {
     let size = photo.image.dimensions();
-    let found = auto::find(scene, hints, photo.opaque.as_ref(), size);
-    let crown = refine::refine(&photo.image, &scene.small, &found.crown);
+    let found = auto::find(scene, hints, opaque, size);
+    // Whoever points at the crown or names its colour has seen it.
+    if hints.include.is_empty() && hints.hue_deg.is_none() {
+        foliage::check(scene, &found.crown)?;
+    }
+    let crown = refine::refine(&photo.image, &scene.small, &found.crown, allowed(photo, hints, opaque).as_ref());
+    if crown.count() == 0 {
+        return Err(foliage::none(scene, String::new()));
+    }
     let steps = vec![("evidence", enlarge(&found.evidence, &scene.small, size)), ("shape", enlarge(&found.crown, &scene.small, size))];
-    Ok(bare(&crown, steps, (0.0, 360.0)))
+    Ok(Found { crown, steps, hue_deg: foliage::hue_range(scene, &found.crown) })
+}
+
+/// Where the crown may lie at all; `None` is everywhere.
+fn allowed(photo: &Photo, hints: &Hints, opaque: Option<&Mask>) -> Option<Bits> {
+    if hints.rect.is_none() && opaque.is_none() {
+        return None;
+    }
+    let (width, height) = photo.image.dimensions();
+    let r = hints.rect.unwrap_or(Rect { x: 0, y: 0, width, height });
+    let inside = |x: u32, y: u32| x >= r.x && y >= r.y && x - r.x < r.width && y - r.y < r.height;
+    Some(Bits::from_mask(&Mask::from_fn(width, height, |x, y| inside(x, y) && opaque.is_none_or(|m| m.get(x.into(), y.into())))))
 }
 
 /// A set of reduced pixels at the photograph's size.
 fn enlarge(set: &[bool], small: &Small, (width, height): (u32, u32)) -> Mask {
     let columns: Vec<usize> = (0..width as usize).map(|x| x * small.width / width as usize).collect();
     let mut mask = Mask::new(width, height);
-    for (y, row) in mask.as_raw_mut().chunks_mut(width as usize).enumerate() {
+    mask.as_raw_mut().par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
         let from = &set[y * small.height / height as usize * small.width..][..small.width];
         row.iter_mut().zip(&columns).for_each(|(v, &x)| *v = 255 * u8::from(from[x]));
-    }
+    });
     mask
 }
 
-/// Adds trunk, gaps, outline and warnings.
-fn complete(photo: &Photo, scene: &Scene, _hints: &Hints, result: &mut Segmentation) {
+/// Adds trunk, gaps, the last steps of fig. 7 and warnings.
+fn complete(photo: &Photo, scene: &Scene, found: Found) -> Segmentation {
     let size = photo.image.dimensions();
-    let crown: Vec<bool> = Small::new_mask(&result.crown, &scene.small);
-    let trunk: Vec<bool> = trunk::with_trunk(&scene.small, &crown).iter().zip(&crown).map(|(t, c)| *t && !c).collect();
-    result.tree = enlarge(&trunk, &scene.small, size).zip(&result.crown, |a, b| a || b);
+    let Found { crown: bits, mut steps, hue_deg } = found;
+    let crown = bits.to_mask();
+    let reduced = Small::new_mask(&crown, &scene.small);
+    let trunk: Vec<bool> = trunk::with_trunk(&scene.small, &reduced).iter().zip(&reduced).map(|(t, c)| *t && !c).collect();
+    let trunk = Bits::from_mask(&enlarge(&trunk, &scene.small, size));
+    let gaps = gaps(photo, scene, &bits).to_mask();
+    steps.push(("crown", crown.clone()));
+    steps.push(("outline", bits.outline().to_mask()));
+    let warnings = warnings(&bits, size);
+    Segmentation { tree: bits.or(&trunk).to_mask(), gaps, crown, steps, hue_deg, warnings }
+}
+
+/// The crown's pixels that have the sky's colours.
+fn gaps(photo: &Photo, scene: &Scene, crown: &Bits) -> Bits {
+    let (width, raw, sky) = (photo.image.width() as usize, photo.image.as_raw(), scene.sky.colours());
+    let like = Bits::from_rows(width, photo.image.height() as usize, |y, row| {
+        for (x, p) in raw[3 * y * width..3 * (y + 1) * width].chunks_exact(3).enumerate() {
+            let colour = usize::from(p[0] >> 3) << 10 | usize::from(p[1] >> 3) << 5 | usize::from(p[2] >> 3);
+            row[x / 64] |= u64::from(sky[colour]) << (x % 64);
+        }
+    });
+    like.and(crown)
+}
+
+/// What the crown's place and size should tell the user.
+fn warnings(crown: &Bits, (width, height): (u32, u32)) -> Vec<Warning> {
+    let mut out = Vec::new();
+    let sides = crown.frame_contact();
+    // A few pixels at the frame are a twig; a fiftieth of a side is a crown that goes on.
+    let cut = |(touching, length): (usize, u32)| touching as f64 > 0.02 * f64::from(length);
+    let names: Vec<&str> = ["top", "bottom", "left", "right"]
+        .into_iter()
+        .zip([(sides[0], width), (sides[1], width), (sides[2], height), (sides[3], height)])
+        .filter(|(_, s)| cut(*s))
+        .map(|(n, _)| n)
+        .collect();
+    if !names.is_empty() {
+        let message = format!("the crown is cut by the {} of the frame; what lies outside is not modelled", names.join(" and "));
+        out.push(Warning::new("crown-cut-by-frame", message));
+    }
+    let share = crown.count() as f64 / (f64::from(width) * f64::from(height));
+    if share < 0.02 {
+        let message = format!("the crown fills only {:.2} % of the picture; crop it for a better texture", 100.0 * share);
+        out.push(Warning::new("small-crown", message));
+    }
+    out
 }

@@ -11,8 +11,8 @@ const REACH: usize = 5;
 /// How much colour may move the outline, in reduced pixels.
 const TRUST_PX: f32 = 1.5;
 
-/// The crown at the photograph's size: one component, holes filled.
-pub fn refine(image: &RgbImage, small: &Small, crown: &[bool]) -> Bits {
+/// The crown at the photograph's size: one component, holes filled, within `allowed`.
+pub fn refine(image: &RgbImage, small: &Small, crown: &[bool], allowed: Option<&Bits>) -> Bits {
     let (width, height) = (image.width() as usize, image.height() as usize);
     let soft = signed(small, crown);
     let [inner, outer] = [true, false].map(|side| local_colour(small, crown, side));
@@ -36,7 +36,9 @@ pub fn refine(image: &RgbImage, small: &Small, crown: &[bool]) -> Bits {
     });
     // Colour decides pixel by pixel; a third of a reduced pixel is noise.
     let radius = (0.35 / sx) as u32;
-    bits.close(radius).open(radius).largest_component().fill_holes()
+    let clean = bits.close(radius).open(radius);
+    let clean = allowed.map_or_else(|| clean.clone(), |a| clean.and(a));
+    clean.largest_component().fill_holes()
 }
 
 /// Two neighbouring cells around a coordinate, and how far it is to the second.

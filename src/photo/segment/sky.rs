@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::small::{Plane, Small};
+use super::small::{Plane, Small, lab};
 
 /// What is sky in a reduced photograph.
 pub struct Sky {
@@ -10,6 +10,8 @@ pub struct Sky {
     pub grown: Vec<bool>,
     /// Likeness to the colours of the grown sky, 0..1: includes gaps inside crowns.
     pub likeness: Plane,
+    /// Likeness of any colour to the sky's, on a grid of L*a*b*; empty when there is no sky.
+    density: Vec<f32>,
 }
 
 impl Sky {
@@ -18,8 +20,21 @@ impl Sky {
         let lightness: Plane = small.lab.iter().map(|c| c[0]).collect();
         let roughness = small.deviation(&lightness, 1);
         let grown = grow(small, &roughness);
-        let likeness = likeness(small, &grown);
-        Self { grown, likeness }
+        let mut sky = Self { density: density(small, &grown), grown, likeness: Plane::new() };
+        sky.likeness = small.lab.iter().map(|&c| sky.like(c)).collect();
+        sky
+    }
+
+    /// Likeness of a L*a*b* colour to the sky's, 0..1.
+    pub fn like(&self, lab: [f32; 3]) -> f32 {
+        let (l, a, b) = cell(lab);
+        self.density.get((l * BINS + a) * BINS + b).map_or(0.0, |d| d / (d + 0.004))
+    }
+
+    /// For each sRGB colour of five bits a channel, whether it is the sky's: index r·1024 + g·32 + b.
+    pub fn colours(&self) -> Vec<bool> {
+        let channel = |i: usize, shift: usize| ((i >> shift & 31) * 8 + 4) as f32;
+        (0..1 << 15).map(|i| self.like(lab([channel(i, 10), channel(i, 5), channel(i, 0)])) > 0.5).collect()
     }
 }
 
@@ -53,34 +68,31 @@ fn grow(small: &Small, roughness: &[f32]) -> Vec<bool> {
     grown
 }
 
-/// Likeness to the grown sky's colours: the share of it in the pixel's neighbourhood of colour space, against the densest there.
-fn likeness(small: &Small, grown: &[bool]) -> Plane {
-    const BINS: usize = 24;
+/// Cells of the colour grid along each axis.
+const BINS: usize = 24;
+
+fn cell([l, a, b]: [f32; 3]) -> (usize, usize, usize) {
     let bin = |v: f32, low: f32, high: f32| (((v - low) / (high - low) * BINS as f32) as usize).min(BINS - 1);
-    let cell = |c: [f32; 3]| (bin(c[0], 0.0, 100.0), bin(c[1], -60.0, 60.0), bin(c[2], -60.0, 60.0));
-    let mut counts = vec![0.0f32; BINS * BINS * BINS];
+    (bin(l, 0.0, 100.0), bin(a, -60.0, 60.0), bin(b, -60.0, 60.0))
+}
+
+/// The share of the grown sky in and around each cell of colour space.
+fn density(small: &Small, grown: &[bool]) -> Vec<f32> {
     let total = grown.iter().filter(|&&g| g).count() as f32;
     if total < 0.004 * small.len() as f32 {
-        return vec![0.0; small.len()];
+        return Vec::new();
     }
+    let mut density = vec![0.0f32; BINS * BINS * BINS];
     for (c, _) in small.lab.iter().zip(grown).filter(|(_, g)| **g) {
         let (l, a, b) = cell(*c);
         // A tent of three cells a side: colours between the seen ones are sky too.
         for (dl, da, db) in (0..27).map(|i| (i / 9, i / 3 % 3, i % 3)) {
             let (Some(l), Some(a), Some(b)) = ((l + dl).checked_sub(1), (a + da).checked_sub(1), (b + db).checked_sub(1)) else { continue };
             if l < BINS && a < BINS && b < BINS {
-                let weight = [0.5, 1.0, 0.5];
-                counts[(l * BINS + a) * BINS + b] += weight[dl] * weight[da] * weight[db];
+                const TENT: [f32; 3] = [0.5, 1.0, 0.5];
+                density[(l * BINS + a) * BINS + b] += TENT[dl] * TENT[da] * TENT[db] / total;
             }
         }
     }
-    small
-        .lab
-        .iter()
-        .map(|&c| {
-            let (l, a, b) = cell(c);
-            let density = counts[(l * BINS + a) * BINS + b] / total;
-            density / (density + 0.004)
-        })
-        .collect()
+    density
 }

@@ -102,7 +102,7 @@ impl Small {
 }
 
 /// 8-bit sRGB to CIE L*a*b*.
-fn lab(rgb: [f32; 3]) -> [f32; 3] {
+pub fn lab(rgb: [f32; 3]) -> [f32; 3] {
     let [r, g, b] = rgb.map(|v| {
         let v = v / 255.0;
         if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
