@@ -55,7 +55,7 @@ fn about() -> About {
         height_m: 1.0 / 3.0,
         height_guessed: true,
         parameters: parameters.as_object().expect("an object").clone(),
-        profiles: vec![Profile { azimuth_deg: 90.1, left_px: vec![DVec2::new(0.1, 7.0 / 11.0)], right_px: vec![] }],
+        feature_points: vec![Profile { azimuth_deg: 90.1, left_px: vec![DVec2::new(0.1, 7.0 / 11.0)], right_px: vec![] }],
         exemplar_window_px: Some(Rect { x: 1, y: 2, width: 3, height: 4 }),
         gap_fraction: 0.123_456_789_012_345_68,
     }
@@ -68,7 +68,6 @@ fn model(crowns: u32, side: u32) -> TreeModel {
             surface: sphere(center, 2.5, 12, 8),
             texture: noise(side, number % 2 == 1),
             center,
-            feature_points: vec![Vec3::new(0.1, -0.0, 1e-30), Vec3::new(f32::MIN_POSITIVE, 16_777_217.0, 0.3)],
         }
     };
     let trunk = TrunkShape::guessed(Vec3::Y * 2.0, Vec3::Y * 5.0, 10.0).build();

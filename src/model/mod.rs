@@ -36,8 +36,6 @@ pub struct ModelCrown {
     pub texture: RgbaImage,
     /// The point from which all of the surface is seen.
     pub center: Vec3,
-    /// The point cloud that the surface was stretched over, before disturbance (She fig. 8b).
-    pub feature_points: Vec<Vec3>,
 }
 
 /// The trunk: an untextured closed surface.
@@ -67,8 +65,8 @@ pub struct About {
     pub height_guessed: bool,
     /// Every effective parameter by name.
     pub parameters: serde_json::Map<String, serde_json::Value>,
-    /// The turning points of each outline.
-    pub profiles: Vec<Profile>,
+    /// The feature points of each outline.
+    pub feature_points: Vec<Profile>,
     /// Where the exemplar was cut from the first photograph.
     pub exemplar_window_px: Option<Rect>,
     /// Fraction of the crown through which the sky shows, 0 to 1.
@@ -113,16 +111,16 @@ impl TreeModel {
             if !within(crown.texture.width()) || !within(crown.texture.height()) {
                 return Err(format!("crown {number}: its texture is not 1 to {} pixels wide and high", glb::MAX_TEXTURE_PX));
             }
-            if !crown.center.is_finite() || !crown.feature_points.iter().all(|p| p.is_finite()) {
-                return Err(format!("crown {number}: its centre or a feature point is not finite"));
+            if !crown.center.is_finite() {
+                return Err(format!("crown {number}: its centre is not finite"));
             }
         }
         if let Some(trunk) = &self.trunk {
             check_surface(&trunk.surface, false).map_err(|what| format!("trunk: {what}"))?;
         }
         let about = &self.about;
-        let points = || about.profiles.iter().flat_map(|p| p.left_px.iter().chain(&p.right_px));
-        let azimuths = about.profiles.iter().map(|p| p.azimuth_deg);
+        let points = || about.feature_points.iter().flat_map(|p| p.left_px.iter().chain(&p.right_px));
+        let azimuths = about.feature_points.iter().map(|p| p.azimuth_deg);
         let numbers = [about.height_m, about.gap_fraction].into_iter().chain(azimuths);
         if !numbers.chain(points().flat_map(|p| p.to_array())).all(f64::is_finite) {
             return Err("a number about the model is not finite".to_owned());

@@ -261,7 +261,7 @@ fn about(request: &Request, products: &[ViewProducts], exemplars: &[Exemplar]) -
         height_m: request.params.size.height_m,
         height_guessed: !request.height_is_given,
         parameters: parameters.unwrap_or_default(),
-        profiles: products.iter().zip(request.views).map(profile).collect(),
+        feature_points: products.iter().zip(request.views).map(profile).collect(),
         exemplar_window_px: exemplars.first().map(|e| e.window_px),
         gap_fraction: products.first().map_or(0.0, ViewProducts::gap_fraction),
     }
@@ -273,7 +273,6 @@ impl ModelCrown {
             surface: atlas.surface.clone(),
             texture: atlas.image.clone(),
             center: crown.center,
-            feature_points: crown.cloud.clone(),
         }
     }
 }

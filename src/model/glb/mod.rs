@@ -21,7 +21,7 @@ pub const MAX_TEXTURE_PX: u32 = 8192;
 /// Below this alpha a texel is a gap.
 const ALPHA_CUTOFF: f32 = 0.5;
 
-/// `extras` of a node or a mesh: all of ours stands under one name.
+/// `extras` of the file or of a mesh: all of ours stands under one name.
 #[derive(Serialize, Deserialize)]
 struct Extras<T> {
     sphereboard: T,
@@ -40,7 +40,7 @@ struct MeshExtras {
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 enum Part {
-    Crown { center: Vec3, feature_points: Vec<Vec3> },
+    Crown { center: Vec3 },
     Trunk {},
 }
 

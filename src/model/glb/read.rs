@@ -23,24 +23,23 @@ use crate::{Error, Result};
 /// another program has rearranged, [`Error::GlbVersion`] for one of another version of ours.
 pub fn read(bytes: &[u8]) -> Result<TreeModel> {
     let file = Reader::open(bytes)?;
-    let tree = file.tree()?;
-    let about = about(tree)?;
+    let about = about(&file.root.extras)?;
     let mut model = TreeModel { crowns: Vec::new(), trunk: None, about };
-    for &child in tree.children.as_deref().unwrap_or_default() {
+    for &child in file.tree()?.children.as_deref().unwrap_or_default() {
         file.part(child, &mut model)?;
     }
     model.check().map_err(broken)?;
     Ok(model)
 }
 
-/// What the root node says of the model.
-fn about(tree: &Node) -> Result<About> {
+/// What the file says of the model.
+fn about(extras: &json::Extras) -> Result<About> {
     #[derive(serde::Deserialize)]
     struct Version {
         format: u32,
     }
-    let Version { format } = ours(&tree.extras)?;
-    if format == About::FORMAT { ours(&tree.extras) } else { Err(Error::GlbVersion { found: format, known: About::FORMAT }) }
+    let Version { format } = ours(extras)?;
+    if format == About::FORMAT { ours(extras) } else { Err(Error::GlbVersion { found: format, known: About::FORMAT }) }
 }
 
 /// An open file: the JSON tree and the bytes that it points into.
@@ -90,10 +89,10 @@ impl<'a> Reader<'a> {
         let material = self.get(primitive.material.ok_or_else(|| foreign("a mesh has no material"))?)?;
         let looks = &material.pbr_metallic_roughness;
         match own.part {
-            Part::Crown { center, feature_points } => {
+            Part::Crown { center } => {
                 let info = looks.base_color_texture.as_ref().ok_or_else(|| foreign("a crown has no texture"))?;
                 let texture = self.texture(info.index)?;
-                model.crowns.push(ModelCrown { surface, texture, center, feature_points });
+                model.crowns.push(ModelCrown { surface, texture, center });
             }
             Part::Trunk {} if model.trunk.is_some() => return Err(foreign("it has two trunks")),
             Part::Trunk {} => {
@@ -204,7 +203,7 @@ fn part_of(bytes: &[u8], start: u64, length: u64) -> Option<&[u8]> {
     bytes.get(usize::try_from(start).ok()?..usize::try_from(start.checked_add(length)?).ok()?)
 }
 
-/// Our own part of a node's or mesh's extras.
+/// Our own part of the file's or a mesh's extras.
 fn ours<T: DeserializeOwned>(extras: &json::Extras) -> Result<T> {
     let text = extras.as_ref().ok_or_else(|| foreign("it has no extras.sphereboard"))?.get();
     serde_json::from_str::<Extras<T>>(text)

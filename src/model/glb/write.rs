@@ -31,7 +31,7 @@ pub fn write(model: &TreeModel) -> Result<Vec<u8>> {
     let mut parts = Vec::new();
     for (number, (crown, picture)) in model.crowns.iter().zip(&pictures).enumerate() {
         let name = format!("crown_{number}");
-        let part = Part::Crown { center: crown.center, feature_points: crown.feature_points.clone() };
+        let part = Part::Crown { center: crown.center };
         let material = file.foliage(&name, picture);
         parts.push(file.part(&name, &crown.surface, part, material)?);
     }
@@ -42,9 +42,9 @@ pub fn write(model: &TreeModel) -> Result<Vec<u8>> {
     let tree = file.root.push(Node {
         name: Some("tree".to_owned()),
         children: Some(parts),
-        extras: extras(&model.about)?,
         ..Node::default()
     });
+    file.root.extras = extras(&model.about)?;
     file.finish(tree, &model.about.program)
 }
 
