@@ -130,7 +130,7 @@ fn one_failure_does_not_stop_the_others() {
 fn files_that_are_no_photographs_are_refused() {
     let place = Place::new();
     let jpeg = std::fs::read(OAK).unwrap();
-    place.refuses(&place.file("text.jpg", b"hello"), &[], 1, &["not an image"]);
+    place.refuses(&place.file("text.jpg", b"hello"), &[], 1, &["expected a JPEG, PNG, WebP, TIFF or BMP picture", "text"]);
     place.refuses(&place.file("empty.png", b""), &[], 1, &["empty"]);
     place.refuses(&place.file("cut.jpg", &jpeg[..jpeg.len() / 3]), &[], 1, &["cut.jpg"]);
     place.refuses(&place.folder.path().join("missing.jpg"), &[], 1, &["missing.jpg"]);
