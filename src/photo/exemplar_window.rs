@@ -115,6 +115,6 @@ impl Sums {
         let parts = (0..16).map(|i| self.window(x + (i % 4) * (side - part) / 3, y + (i / 4) * (side - part) / 3, part, part));
         let odd = parts.map(|p| (3..PLANES).map(|i| (p[i] / foliage(&p) - sum[i] / foliage(&sum)).abs()).sum::<f32>() / 6.0);
         let oddest = odd.fold(0.0, f32::max);
-        histogram + 0.5 * slope + 4.0 * more + 1.0 * less + 1.5 * patchy + 1.3 * oddest
+        histogram + 0.5 * slope + 4.0 * more + 0.4 * less + 1.5 * patchy + 1.3 * oddest
     }
 }
