@@ -98,8 +98,9 @@ impl Sums {
         let foliage = |p: &[f32; PLANES]| p[3..3 + BINS].iter().sum::<f32>().max(1e-6);
         let histogram: f32 = (3..PLANES).map(|i| (sum[i] / foliage(&sum) - whole[i] / foliage(whole)).abs()).sum::<f32>() / 6.0;
         let gap = |p: &[f32; PLANES]| p[1] / p[0].max(1e-6);
-        // Sky beyond the crown's own share is worse than too little of it.
-        let (more, less) = ((gap(&sum) - gap(whole)).max(0.0), (gap(whole) - gap(&sum)).max(0.0));
+        // Sky beyond the crown's own share is worse than too little of it,
+        // but a dense corner of a crown that lets the sky through is no sample of it either.
+        let (more, less) = ((gap(&sum) - gap(whole)).max(0.0), (gap(whole) - gap(&sum) - 0.06).max(0.0));
         let half = (side / 2).max(1);
         let mean = |p: [f32; PLANES]| p[2] / foliage(&p);
         let halves = [
@@ -113,8 +114,9 @@ impl Sums {
         // So would a branch or a deep shadow: no sixteenth may differ much from the whole square.
         let part = (side / 4).max(1);
         let parts = (0..16).map(|i| self.window(x + (i % 4) * (side - part) / 3, y + (i / 4) * (side - part) / 3, part, part));
+        let hole = parts.clone().map(|p| gap(&p)).fold(0.0, f32::max) - gap(&sum);
         let odd = parts.map(|p| (3..PLANES).map(|i| (p[i] / foliage(&p) - sum[i] / foliage(&sum)).abs()).sum::<f32>() / 6.0);
         let oddest = odd.fold(0.0, f32::max);
-        histogram + 0.5 * slope + 4.0 * more + 1.0 * less + 1.5 * patchy + 1.3 * oddest
+        histogram + 0.5 * slope + 4.0 * more + 1.6 * less + 1.5 * patchy + 0.4 * hole + 1.3 * oddest
     }
 }

@@ -23,9 +23,9 @@ crate::params! {
         /// Side of the square atlas; a power of two.
         texture_size: u32 = 512, in 64..=4096, unit "texels", source "ours: under 1 MB as PNG";
         /// Half the width of the strip along shared edges in which a cut may run.
-        seam_reach: u32 = 4, in 0..=32, unit "texels", source "ours: a third of a medium polygon";
+        seam_reach: u32 = 4, in 0..=32, unit "exemplar texels", source "ours: a third of a medium polygon";
         /// Half the width of the blend across a cut.
-        seam_blend: f64 = 1.25, in 0.0..=8.0, unit "texels", source "ours: hides the step, keeps the grain";
+        seam_blend: f64 = 1.25, in 0.0..=8.0, unit "exemplar texels", source "ours: hides the step, keeps the grain";
     }
 }
 
@@ -94,7 +94,8 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
     let chart = Chart::of(mesh, &texture.flat, center)?;
     let layer = Layer::from(exemplar);
     let sharp = layer.sharpened(SHARPENING);
-    let painter = Painter::new(mesh, texture, &sharp, params);
+    // An enlarged photograph has a coarser grain, so its seams need more room.
+    let painter = Painter::new(mesh, texture, &sharp, params, exemplar.scale.max(1.0) as f32);
     let size = params.texture_size as usize;
     let pieces = pieces(mesh, &chart, size as f32);
     let mut shaded = vec![None; size * size];
@@ -195,7 +196,7 @@ struct Painter<'a> {
 }
 
 impl<'a> Painter<'a> {
-    fn new(mesh: &'a PolyMesh, texture: &'a VirtualTexture, layer: &'a Layer, params: &BakeParams) -> Self {
+    fn new(mesh: &'a PolyMesh, texture: &'a VirtualTexture, layer: &'a Layer, params: &BakeParams, grain: f32) -> Self {
         let mean = mean_color(layer);
         let variance = layer.texels.iter().map(|t| (t.truncate() - mean).length_squared()).sum::<f32>() / layer.texels.len() as f32;
         let mut sums = vec![Vec4::ZERO; mesh.positions.len()];
@@ -203,9 +204,9 @@ impl<'a> Painter<'a> {
             polygon.iter().for_each(|&v| sums[v as usize] += texture.gains[p].extend(1.0));
         }
         let vertex_gains = sums.iter().map(|s| s.truncate() / s.w.max(1.0)).collect();
-        let (density, blend) = (texture.texels_per_m as f32, (params.seam_blend as f32).max(0.01));
+        let (density, blend) = (texture.texels_per_m as f32, (params.seam_blend as f32 * grain).max(0.01));
         let mut painter = Self { mesh, texture, layer, density, blend, mean, variance, vertex_gains, cuts: Vec::new() };
-        painter.cuts = painter.find_cuts(params.seam_reach as i32);
+        painter.cuts = painter.find_cuts((params.seam_reach as f32 * grain).round() as i32);
         painter
     }
 
