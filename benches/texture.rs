@@ -62,7 +62,7 @@ fn texture(c: &mut Criterion) {
     group.bench_function("crate-texture-synthesis", |b| {
         b.iter(|| {
             let source = texture_synthesis::ImageSource::Memory(png.get_ref());
-            let size = texture_synthesis::Dims::square(params.texture_size);
+            let size = texture_synthesis::Dims::square(params.texture_size.0);
             texture_synthesis::Session::builder().add_example(source).output_size(size).build().unwrap().run(None)
         });
     });

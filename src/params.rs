@@ -22,6 +22,13 @@ pub enum Kind {
         /// Largest allowed value.
         max: u32,
     },
+    /// A power of two in `min..=max`.
+    PowerOfTwo {
+        /// Smallest allowed value.
+        min: u32,
+        /// Largest allowed value.
+        max: u32,
+    },
     /// One of several words, each with its meaning.
     Choice(&'static [(&'static str, &'static str)]),
 }
@@ -32,6 +39,7 @@ impl Kind {
         match self {
             Kind::Real { min, max } => format!("{min} to {max}"),
             Kind::Whole { min, max } => format!("a whole number from {min} to {max}"),
+            Kind::PowerOfTwo { min, max } => format!("a power of two from {min} to {max}"),
             Kind::Choice(words) => format!("one of {}", words.iter().map(|w| w.0).collect::<Vec<_>>().join(", ")),
         }
     }
@@ -112,6 +120,26 @@ impl ParamValue for u32 {
     }
     fn fits(&self, kind: &Kind) -> bool {
         matches!(kind, Kind::Whole { min, max } if (*min..=*max).contains(self))
+    }
+}
+
+/// A number of texels or the like that has to be a power of two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub struct PowerOfTwo(pub u32);
+
+impl ParamValue for PowerOfTwo {
+    fn kind(range: Option<(f64, f64)>) -> Kind {
+        let (min, max) = range.map_or((1, 1 << 31), |(a, b)| (a as u32, b as u32));
+        Kind::PowerOfTwo { min, max }
+    }
+    fn parse(text: &str) -> Option<Self> {
+        text.parse().ok().map(Self)
+    }
+    fn show(&self) -> String {
+        self.0.to_string()
+    }
+    fn fits(&self, kind: &Kind) -> bool {
+        matches!(kind, Kind::PowerOfTwo { min, max } if self.0.is_power_of_two() && (*min..=*max).contains(&self.0))
     }
 }
 

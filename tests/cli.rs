@@ -144,7 +144,7 @@ fn photographs_without_a_crown_are_refused() {
     place.refuses(&place.picture("sky.png", 320, 240, |_, y| [90 + (y / 4) as u8, 150, 230]), &[], 1, &["--"]);
     let bricks =
         place.picture("bricks.png", 320, 240, |x, y| if (x / 16 + y / 8) % 2 == 0 { [150, 60, 40] } else { [170, 80, 60] });
-    place.refuses(&bricks, &["--method", "hsv"], 1, &["red", "--hue"]);
+    place.refuses(&bricks, &["--method", "hsv"], 1, &["15°", "orange", "--hue"]);
     match sphereboard::files::shared_folder() {
         Some(shared) => place.refuses(&shared.join("photos/single/leafless_tree_negative.jpg"), &[], 1, &["leafless"]),
         None => eprintln!("SKIPPED: the leafless tree needs ../shared"),

@@ -15,6 +15,7 @@ use sphereboard::Seed;
 use sphereboard::crown::Detail;
 use sphereboard::model::glb;
 use sphereboard::model::pipeline::{self, ModelParams, Request, View};
+use sphereboard::params::PowerOfTwo;
 use sphereboard::photo::segment::{Hints, Method, SegmentParams};
 
 #[derive(Arbitrary, Debug)]
@@ -101,7 +102,7 @@ fuzz_target!(|input: Input| {
     let mut all = ModelParams::default();
     all.segment = params;
     all.crown.detail = Detail::Low;
-    all.bake.texture_size = 64;
+    all.bake.texture_size = PowerOfTwo(64);
     let views = [View { photo, hints, azimuth_rad: 0.0 }];
     let request = Request { views: &views, params: &all, height_is_given: false, seed: Seed(1), sources: vec![] };
     if let Ok(run) = pipeline::run(&request, &|_| ()) {

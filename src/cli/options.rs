@@ -43,7 +43,7 @@ fn option(spec: &ParamSpec) -> Arg {
 fn value_name(spec: &ParamSpec) -> &'static str {
     match spec.kind {
         Kind::Real { .. } => "X",
-        Kind::Whole { .. } => "N",
+        Kind::Whole { .. } | Kind::PowerOfTwo { .. } => "N",
         Kind::Choice(_) => "WORD",
     }
 }

@@ -131,19 +131,22 @@ pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
     };
     let bakes = texture::shares(crowns.iter().map(|crown| &crown.mesh), &params.bake);
     let masks = &first.segmentation;
-    let densities: Vec<f64> =
-        crowns.iter().zip(&bakes).map(|(crown, bake)| texels_per_m(&crown.mesh, bake)).collect::<Result<_>>()?;
-    let exemplars: Vec<Exemplar> = densities
+    let exemplars: Vec<Exemplar> = crowns
         .iter()
-        .map(|density| exemplar::choose(photo, &masks.crown, &masks.gaps, density * first.metres_per_px, &params.exemplar))
+        .zip(&bakes)
+        .map(|(crown, bake)| {
+            let texels_per_px = texels_per_m(&crown.mesh, bake)? * first.metres_per_px;
+            exemplar::choose(photo, &masks.crown, &masks.gaps, texels_per_px, &params.exemplar)
+        })
         .collect::<Result<_>>()?;
     clock.done(STAGES[3]);
 
     let front = first.front(photo, params);
     let mut atlases = Vec::new();
     let mut counts = Vec::new();
-    for (((crown, exemplar), &density), bake) in crowns.iter().zip(&exemplars).zip(&densities).zip(&bakes) {
-        let blocks = texture::synthesize(&crown.mesh, exemplar, density, Some(&front), &params.texture, seed)?;
+    for ((crown, exemplar), bake) in crowns.iter().zip(&exemplars).zip(&bakes) {
+        let texels_per_m = exemplar.scale / first.metres_per_px;
+        let blocks = texture::synthesize(&crown.mesh, exemplar, texels_per_m, Some(&front), &params.texture, seed)?;
         atlases.push(texture::bake(&crown.mesh, crown.center, &blocks, exemplar, bake)?);
         counts.push(blocks.counts);
     }
@@ -269,11 +272,7 @@ fn about(request: &Request, products: &[ViewProducts], exemplars: &[Exemplar]) -
 
 impl ModelCrown {
     fn new(crown: &Crown, atlas: &Atlas) -> Self {
-        Self {
-            surface: atlas.surface.clone(),
-            texture: atlas.image.clone(),
-            center: crown.center,
-        }
+        Self { surface: atlas.surface.clone(), texture: atlas.image.clone(), center: crown.center }
     }
 }
 

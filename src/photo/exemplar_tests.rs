@@ -92,9 +92,9 @@ fn tiny_crowns_work_and_empty_ones_are_refused() {
         let line = Mask::from_fn(size, size, |x, _| x == 1);
         assert_eq!(choose(&photo, &line, &Mask::new(size, size), 1.0, &params).is_ok(), size >= 4);
         let all = Mask::from_fn(size, size, |_, _| true);
-        assert!(matches!(choose(&photo, &all, &all, 1.0, &params), Err(Error::NoFoliage { .. })));
-        assert!(matches!(choose(&photo, &Mask::new(size, size), &all, 1.0, &params), Err(Error::NoFoliage { .. })));
-        assert!(matches!(choose(&photo, &Mask::new(size + 1, size), &all, 1.0, &params), Err(Error::NoFoliage { .. })));
+        assert!(matches!(choose(&photo, &all, &all, 1.0, &params), Err(Error::Exemplar { .. })));
+        assert!(matches!(choose(&photo, &Mask::new(size, size), &all, 1.0, &params), Err(Error::Exemplar { .. })));
+        assert!(matches!(choose(&photo, &Mask::new(size + 1, size), &all, 1.0, &params), Err(Error::Exemplar { .. })));
         assert!(matches!(choose(&photo, &all, &Mask::new(size, size), f64::NAN, &params), Err(Error::Parameter { .. })));
     }
 }

@@ -13,6 +13,7 @@ use super::flat::FlatMesh;
 use super::measure::{self, Shaded};
 use super::synth::{BlockSource, VirtualTexture, mean_color};
 use crate::geom::{PolyMesh, Surface};
+use crate::params::{ParamSet as _, PowerOfTwo};
 use crate::photo::Exemplar;
 use crate::raster::Layer;
 use crate::{Error, Result};
@@ -20,8 +21,8 @@ use crate::{Error, Result};
 crate::params! {
     /// How the atlas is baked.
     pub struct BakeParams {
-        /// Side of the square atlas; a power of two.
-        texture_size: u32 = 512, in 64..=4096, unit "texels", source "ours: under 1 MB as PNG";
+        /// Side of the square atlas.
+        texture_size: PowerOfTwo = PowerOfTwo(512), in 64..=4096, unit "texels", source "ours: under 1 MB as PNG";
         /// Half the width of the strip along shared edges in which a cut may run.
         seam_reach: u32 = 4, in 0..=32, unit "exemplar texels", source "ours: a third of a medium polygon";
         /// Half the width of the blend across a cut.
@@ -51,9 +52,9 @@ pub struct Atlas {
 /// # Errors
 /// [`Error::Untexturable`] for a mesh without area, [`Error::Parameter`] for a size that is not a power of two.
 pub fn texels_per_m(mesh: &PolyMesh, params: &BakeParams) -> Result<f64> {
-    check_size(params)?;
+    params.validate()?;
     let area = FlatMesh::of(mesh)?.area;
-    Ok(GUTTERED * f64::from(params.texture_size) / area.sqrt())
+    Ok(GUTTERED * f64::from(params.texture_size.0) / area.sqrt())
 }
 
 /// The bake parameters of each crown of one tree: the crowns share about the texels of one atlas by their surface areas, so that a tree of
@@ -62,23 +63,15 @@ pub fn shares<'a>(meshes: impl Iterator<Item = &'a PolyMesh>, params: &BakeParam
     let areas: Vec<f64> = meshes.map(|mesh| FlatMesh::of(mesh).map_or(0.0, |flat| flat.area)).collect();
     let total: f64 = areas.iter().sum();
     let side = |area: f64| {
-        let even = f64::from(params.texture_size) * (area / total).sqrt();
+        let even = f64::from(params.texture_size.0) * (area / total).sqrt();
         // Rounded to a power of two, rather down: two equal crowns get half the side each.
-        2u32.pow((even.max(64.0).log2() + 0.4).floor() as u32).clamp(64, params.texture_size.max(64))
+        2u32.pow((even.max(64.0).log2() + 0.4).floor() as u32).clamp(64, params.texture_size.0.max(64))
     };
     let alone = areas.len() == 1 || !(total > 0.0);
     areas
         .iter()
-        .map(|&area| if alone { params.clone() } else { BakeParams { texture_size: side(area), ..params.clone() } })
+        .map(|&area| if alone { params.clone() } else { BakeParams { texture_size: PowerOfTwo(side(area)), ..params.clone() } })
         .collect()
-}
-
-fn check_size(params: &BakeParams) -> Result<()> {
-    if params.texture_size.is_power_of_two() && (64..=4096).contains(&params.texture_size) {
-        return Ok(());
-    }
-    let expected = "a power of two from 64 to 4096".into();
-    Err(Error::Parameter { name: "--texture-size".into(), expected, found: params.texture_size.to_string() })
 }
 
 /// Bakes the virtual texture of `mesh`, a crown that is star-shaped about `center`.
@@ -86,7 +79,7 @@ fn check_size(params: &BakeParams) -> Result<()> {
 /// # Errors
 /// [`Error::Untexturable`] when the mesh is flat or not the one that was textured; [`Error::Parameter`] for a size that is not a power of two.
 pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &Exemplar, params: &BakeParams) -> Result<Atlas> {
-    check_size(params)?;
+    params.validate()?;
     if texture.blocks.len() != mesh.polygon_count() {
         let found = format!("{} polygons but a texture for {}", mesh.polygon_count(), texture.blocks.len());
         return Err(Error::Untexturable { found });
@@ -96,7 +89,7 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
     let sharp = layer.sharpened(SHARPENING);
     // An enlarged photograph has a coarser grain, so its seams need more room.
     let painter = Painter::new(mesh, texture, &sharp, params, exemplar.scale.max(1.0) as f32);
-    let size = params.texture_size as usize;
+    let size = params.texture_size.0 as usize;
     let pieces = pieces(mesh, &chart, size as f32);
     let mut shaded = vec![None; size * size];
     shaded.par_chunks_mut(size * ROWS).enumerate().for_each(|(band, texels)| {

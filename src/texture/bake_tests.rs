@@ -1,12 +1,12 @@
-use super::super::synth::{FrontChoice, SynthParams, synthesize};
-use super::super::test_shapes::{cone, leafy, lumpy_ball};
 use super::*;
 use crate::Seed;
 use crate::geom::Topology;
+use crate::texture::synth::{FrontChoice, SynthParams, synthesize};
+use crate::texture::test_shapes::{cone, leafy, lumpy_ball};
 use std::collections::BTreeMap;
 
 fn atlas_of(mesh: &PolyMesh, size: u32, side: u32) -> Atlas {
-    let params = BakeParams { texture_size: size, ..BakeParams::default() };
+    let params = BakeParams { texture_size: PowerOfTwo(size), ..BakeParams::default() };
     let synth = SynthParams { front: FrontChoice::Synth, ..SynthParams::default() };
     let exemplar = leafy(side);
     let density = texels_per_m(mesh, &params).unwrap();
@@ -104,7 +104,7 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn odd_inputs_are_refused_or_survived() {
     let exemplar = leafy(2);
-    let params = BakeParams { texture_size: 64, ..BakeParams::default() };
+    let params = BakeParams { texture_size: PowerOfTwo(64), ..BakeParams::default() };
     let synth = SynthParams::default();
     assert!(matches!(synthesize(&PolyMesh::default(), &exemplar, 5.0, None, &synth, Seed(1)), Err(Error::Untexturable { .. })));
     let mut broken = lumpy_ball(4, 1.0);
@@ -115,7 +115,7 @@ fn odd_inputs_are_refused_or_survived() {
     let texture = synthesize(&broken, &exemplar, 1e6, None, &synth, Seed(1)).unwrap();
     bake(&broken, Vec3::splat(50.0), &texture, &exemplar, &params).unwrap();
     assert!(bake(&lumpy_ball(5, 1.0), Vec3::ZERO, &texture, &exemplar, &params).is_err());
-    let size = BakeParams { texture_size: 100, ..params };
+    let size = BakeParams { texture_size: PowerOfTwo(100), ..params };
     assert!(matches!(bake(&broken, Vec3::ZERO, &texture, &exemplar, &size), Err(Error::Parameter { .. })));
     broken.quads.push([0, 1, 2, 999]);
     assert!(matches!(synthesize(&broken, &exemplar, 5.0, None, &synth, Seed(1)), Err(Error::Untexturable { .. })));

@@ -1,6 +1,6 @@
-use super::super::test_shapes::{leafy, lumpy_ball};
 use super::*;
 use crate::raster::Mask;
+use crate::texture::test_shapes::{leafy, lumpy_ball};
 use glam::DVec2;
 use image::{Rgb, RgbImage};
 

@@ -39,11 +39,7 @@ pub fn write(model: &TreeModel) -> Result<Vec<u8>> {
         let material = file.bark(trunk.bark);
         parts.push(file.part("trunk", &trunk.surface, Part::Trunk {}, material)?);
     }
-    let tree = file.root.push(Node {
-        name: Some("tree".to_owned()),
-        children: Some(parts),
-        ..Node::default()
-    });
+    let tree = file.root.push(Node { name: Some("tree".to_owned()), children: Some(parts), ..Node::default() });
     file.root.extras = extras(&model.about)?;
     file.finish(tree, &model.about.program)
 }
