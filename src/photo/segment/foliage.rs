@@ -31,7 +31,7 @@ pub fn check(scene: &Scene, crown: &[bool]) -> Result<()> {
 
 /// Leaf colours of all seasons: green, yellow, brown, red, purple; not blue, not grey.
 fn leafy([_, a, b]: [f32; 3]) -> bool {
-    a.hypot(b) > COLOURED && (b > 3.0 || a > 6.0)
+    a.hypot(b) > COLOURED && (b > 3.0 || a > 6.0 && b > -0.6 * a)
 }
 
 /// The error that names the dominant hue of what is not sky.

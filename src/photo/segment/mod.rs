@@ -264,3 +264,6 @@ fn warnings(crown: &Bits, (width, height): (u32, u32)) -> Vec<Warning> {
     }
     out
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,194 @@
+//! Segmentation as a whole: what is found, what hints change, what is refused.
+
+use image::{Rgb, RgbImage};
+use proptest::prelude::*;
+
+use super::*;
+use crate::Seed;
+
+/// A round crown of the given colour on a trunk, lawn below, sky above: 180×240 pixels, crown centre (90, 90), radius 55.
+fn painted(leaf: [u8; 3]) -> Photo {
+    let image = RgbImage::from_fn(180, 240, |x, y| {
+        let mut draws = Seed(5).keyed("pixel", u64::from(y) * 180 + u64::from(x));
+        let light = draws.signed();
+        let shade = |c: [u8; 3], depth: f64| Rgb(c.map(|v| (f64::from(v) * (1.0 + depth * light)).clamp(0.0, 255.0) as u8));
+        if in_crown(x, y) {
+            shade(leaf, 0.45)
+        } else if (86..94).contains(&x) && (140..205).contains(&y) {
+            shade([70, 55, 45], 0.1)
+        } else if y > 195 {
+            shade([120, 150, 70], 0.08)
+        } else {
+            shade([150, 190, 240], 0.01)
+        }
+    });
+    Photo { image, opaque: None }
+}
+
+fn in_crown(x: u32, y: u32) -> bool {
+    (f64::from(x) - 90.0).hypot(f64::from(y) - 90.0) < 55.0
+}
+
+fn truth() -> Mask {
+    Mask::from_fn(180, 240, in_crown)
+}
+
+fn auto(photo: &Photo, hints: &Hints) -> Result<Segmentation> {
+    segment(photo, &SegmentParams::default(), hints)
+}
+
+fn hsv(photo: &Photo, hints: &Hints) -> Result<Segmentation> {
+    segment(photo, &SegmentParams { method: Method::Hsv, ..SegmentParams::default() }, hints)
+}
+
+fn message(result: Result<Segmentation>) -> String {
+    result.expect_err("a refusal").to_string()
+}
+
+#[test]
+fn a_painted_crown_is_found_in_every_season() {
+    for leaf in [[60, 120, 40], [190, 150, 30], [170, 50, 40], [120, 80, 40]] {
+        let found = auto(&painted(leaf), &Hints::default()).expect("a crown");
+        let iou = found.crown.iou(&truth());
+        assert!(iou > 0.9, "{leaf:?}: {iou:.3}");
+    }
+}
+
+#[test]
+fn crown_trunk_and_gaps_fit_together() {
+    let found = auto(&painted([60, 120, 40]), &Hints::default()).expect("a crown");
+    assert_eq!(found.crown.zip(&found.tree, |c, t| c && !t).count(), 0, "the tree holds the crown");
+    assert_eq!(found.gaps.zip(&found.crown, |g, c| g && !c).count(), 0, "gaps lie in the crown");
+    assert!(found.tree.get(90, 170), "the trunk belongs to the tree");
+    assert!(!found.crown.get(90, 180), "the trunk does not belong to the crown");
+    assert!(!found.tree.get(40, 220), "the lawn belongs to neither");
+}
+
+#[test]
+fn the_papers_method_takes_green_and_says_what_else_it_saw() {
+    let found = hsv(&painted([40, 120, 50]), &Hints::default()).expect("a crown");
+    assert!(found.crown.iou(&truth()) > 0.95);
+    let said = message(hsv(&painted([170, 50, 40]), &Hints::default()));
+    assert!(said.contains("red") && said.contains("--hue LO..HI"), "{said}");
+    let red = Hints { hue_deg: Some((0.0, 40.0)), ..Hints::default() };
+    assert!(hsv(&painted([170, 60, 40]), &red).expect("a crown").crown.iou(&truth()) > 0.9);
+}
+
+#[test]
+fn hints_bind() {
+    let photo = painted([60, 120, 40]);
+    let rect = Rect { x: 30, y: 30, width: 60, height: 130 };
+    for method in [Method::Auto, Method::Hsv] {
+        let params = SegmentParams { method, ..SegmentParams::default() };
+        let found = segment(&photo, &params, &Hints { rect: Some(rect), hue_deg: Some((60.0, 150.0)), ..Hints::default() }).expect("a crown");
+        let b = found.crown.bounds().expect("not empty");
+        assert!(b.x >= 30 && b.x + b.width <= 90, "{method:?}: {b:?} leaves the rectangle");
+    }
+    let excluded = Hints { exclude: vec![(40, 90)], ..Hints::default() };
+    assert!(auto(&photo, &excluded).is_ok_and(|s| !s.crown.get(40, 90)));
+    let given = Mask::from_fn(180, 240, |x, y| x < 50 && y < 50 || x == 170 && y == 200);
+    let found = auto(&photo, &Hints { mask: Some(given), ..Hints::default() }).expect("the mask as given");
+    assert_eq!(found.crown, Mask::from_fn(180, 240, |x, y| x < 50 && y < 50));
+}
+
+#[test]
+fn a_cut_outs_background_is_never_crown() {
+    let half = Mask::from_fn(180, 240, |x, y| x < 90 && y < 200);
+    let found = auto(&Photo { opaque: Some(half.clone()), ..painted([60, 120, 40]) }, &Hints::default()).expect("a crown");
+    assert_eq!(found.crown.zip(&half, |c, o| c && !o).count(), 0);
+}
+
+#[test]
+fn contradictions_are_refused_with_what_to_do() {
+    let photo = painted([60, 120, 40]);
+    let none = Hints::default;
+    for (hints, words) in [
+        (Hints { hue_deg: Some((150.0, 90.0)), ..none() }, "--hue must be LO..HI with 0 ≤ LO ≤ HI ≤ 360 degrees, but is 150..90"),
+        (Hints { hue_deg: Some((f64::NAN, 90.0)), ..none() }, "--hue must be"),
+        (Hints { include: vec![(180, 3)], ..none() }, "--include must be inside the picture of 180×240 pixels, but is 180,3"),
+        (Hints { exclude: vec![(0, 240)], ..none() }, "--exclude must be inside"),
+        (Hints { rect: Some(Rect { x: 170, y: 0, width: 11, height: 5 }), ..none() }, "--rect must be"),
+        (Hints { rect: Some(Rect { x: 0, y: 0, width: 0, height: 5 }), ..none() }, "--rect must be"),
+        (Hints { mask: Some(Mask::new(180, 239)), ..none() }, "the mask has 180×239 pixels, but the photograph has 180×240"),
+        (Hints { mask: Some(Mask::new(180, 240)), ..none() }, "--mask must be"),
+    ] {
+        let said = message(auto(&photo, &hints));
+        assert!(said.contains(words), "{said}");
+    }
+}
+
+#[test]
+fn pictures_without_a_crown_are_refused() {
+    let flat = |w, h| Photo { image: RgbImage::from_pixel(w, h, Rgb([90, 140, 60])), opaque: None };
+    assert!(matches!(auto(&flat(1, 1), &Hints::default()), Err(Error::PictureTooSmall { width: 1, height: 1 })));
+    assert!(matches!(auto(&flat(64, 64), &Hints::default()), Err(Error::NothingToSee { what: "one colour" })));
+    let sky = RgbImage::from_fn(120, 160, |_, y| Rgb([120 + (y / 2) as u8, 170 + (y / 3) as u8, 250]));
+    assert!(matches!(auto(&Photo { image: sky, opaque: None }, &Hints::default()), Err(Error::NothingToSee { what: "sky" })));
+    let blue = message(auto(&painted([40, 60, 150]), &Hints::default()));
+    assert!(blue.contains("no foliage found") && blue.contains("--hue") && blue.contains("--mask"), "{blue}");
+}
+
+#[test]
+fn a_crown_at_the_frame_and_a_tiny_one_are_told() {
+    let whole = painted([60, 120, 40]).image;
+    let photo = Photo { image: image::imageops::crop_imm(&whole, 80, 0, 100, 240).to_image(), opaque: None };
+    let codes = |s: Segmentation| s.warnings.into_iter().map(|w| w.code).collect::<Vec<_>>();
+    let mask = Mask::from_fn(100, 240, |x, y| in_crown(x + 80, y));
+    assert_eq!(codes(auto(&photo, &Hints { mask: Some(mask), ..Hints::default() }).expect("a crown")), ["crown-cut-by-frame"]);
+    let speck = Mask::from_fn(100, 240, |x, y| (50..55).contains(&x) && (50..60).contains(&y));
+    assert_eq!(codes(auto(&photo, &Hints { mask: Some(speck), ..Hints::default() }).expect("a crown")), ["small-crown"]);
+}
+
+#[test]
+fn the_leafless_tree_is_refused_and_autumn_is_not() {
+    let Some(folder) = crate::files::shared_folder().map(|f| f.join("photos/single")) else {
+        println!("SKIPPED: no shared photographs");
+        return;
+    };
+    let open = |name: &str| Photo { image: image::open(folder.join(name)).expect("a shared photograph").to_rgb8(), opaque: None };
+    assert!(matches!(auto(&open("leafless_tree_negative.jpg"), &Hints::default()), Err(Error::Leafless)));
+    for name in ["acer_rubrum_13.jpg", "acer_saccharinum_16.jpg", "quercus_alba_38.jpg"] {
+        assert!(auto(&open(name), &Hints::default()).is_ok(), "{name}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    #[test]
+    fn no_picture_and_no_hint_panics_and_answers_repeat(
+        (w, h) in (1u32..90, 1u32..90),
+        seed in any::<u64>(),
+        tones in 1usize..40,
+        method in prop_oneof![Just(Method::Auto), Just(Method::Hsv)],
+        rect in proptest::option::of((0u32..100, 0u32..100, 0u32..100, 0u32..100)),
+        include in proptest::collection::vec((0u32..90, 0u32..90), 0..3),
+        exclude in proptest::collection::vec((0u32..90, 0u32..90), 0..3),
+        hue in proptest::option::of((-10.0..370.0, 0.0..370.0)),
+        (masked, cut_out) in (any::<bool>(), any::<bool>()),
+        (opening_px, closing_px) in (0u32..=200, 0u32..=200),
+    ) {
+        let mut draws = Seed(seed).keyed("picture", 0);
+        let palette: Vec<[u8; 3]> = (0..tones).map(|_| std::array::from_fn(|_| draws.below(256) as u8)).collect();
+        let block = 1 + draws.below(20) as u32;
+        let image = RgbImage::from_fn(w, h, |x, y| Rgb(palette[((x / block) * 7 + (y / block) * 13) as usize % tones]));
+        let spots = |draws: &mut crate::seed::Draws| Mask::from_fn(w, h, |_, _| draws.below(2) == 0);
+        let photo = Photo { image, opaque: cut_out.then(|| spots(&mut draws)) };
+        let hints = Hints {
+            rect: rect.map(|(x, y, width, height)| Rect { x, y, width, height }),
+            include,
+            exclude,
+            mask: masked.then(|| spots(&mut draws)),
+            hue_deg: hue,
+        };
+        let params = SegmentParams { method, opening_px, closing_px };
+        let (a, b) = (segment(&photo, &params, &hints), segment(&photo, &params, &hints));
+        match (a, b) {
+            (Ok(a), Ok(b)) => {
+                prop_assert!(a.crown.count() > 0 && a.crown == b.crown && a.tree == b.tree && a.gaps == b.gaps);
+                prop_assert_eq!(a.gaps.zip(&a.crown, |g, c| g && !c).count(), 0);
+            }
+            (Err(a), Err(b)) => prop_assert_eq!(a.to_string(), b.to_string()),
+            _ => prop_assert!(false, "one run failed, the other did not"),
+        }
+    }
+}
