@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::chart::{COPIES, Chart};
 use super::cut::{Cut, blend};
 use super::flat::FlatMesh;
+use super::gaps;
 use super::measure::{self, Shaded};
 use super::synth::{BlockSource, VirtualTexture, mean_color};
 use crate::geom::{PolyMesh, Surface};
@@ -96,7 +97,9 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
         let places = place_texels(&pieces, band * ROWS, size, texels.len());
         texels.iter_mut().zip(places).for_each(|(t, place)| *t = place.map(|(piece, w)| painter.texel(&pieces[piece as usize], w)));
     });
-    let gap_fraction = keep_gap_fraction(&mut shaded);
+    gaps::keep_share(&mut shaded);
+    let grown = |s: &Shaded| texture.blocks[s.label as usize].source == BlockSource::Exemplar;
+    gaps::open(&mut shaded, size, grown, exemplar.gap_fraction);
     let grain = measure::exemplar_step(&layer, spacing(&texture.flat, texture.texels_per_m, size));
     let figures = measure::steps(&shaded, size);
     Ok(Atlas {
@@ -105,7 +108,7 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
         seam_before: figures.border_before / grain,
         seam_after: figures.border_after / grain,
         contrast: figures.inside / grain,
-        gap_fraction,
+        gap_fraction: gaps::share(&shaded),
     })
 }
 
@@ -352,20 +355,6 @@ impl<'a> Painter<'a> {
         let color = if count == 1 { own } else { blend(&parts[..count], (gain * self.mean).extend(1.0), self.variance) };
         Shaded { polygon: piece.polygon, label, pure: count == 1, own, color }
     }
-}
-
-/// Scales alpha so that blending does not change how much the alpha test removes; returns that part.
-fn keep_gap_fraction(shaded: &mut [Option<Shaded>]) -> f64 {
-    let count = shaded.iter().flatten().count();
-    let open = shaded.iter().flatten().filter(|s| s.own.w < 0.5).count();
-    if open == 0 || count == 0 {
-        return 0.0;
-    }
-    let mut alphas: Vec<f32> = shaded.iter().flatten().map(|s| s.color.w).collect();
-    let (_, &mut threshold, _) = alphas.select_nth_unstable_by(open.min(count - 1), f32::total_cmp);
-    let scale = 0.5 / threshold.clamp(0.1, 0.9);
-    shaded.iter_mut().flatten().for_each(|s| s.color.w = (s.color.w * scale).clamp(0.0, 1.0));
-    shaded.iter().flatten().filter(|s| s.color.w < 0.5).count() as f64 / count as f64
 }
 
 /// To 8 bits, colours bled under whatever the alpha test removes and over texels that no polygon covers.

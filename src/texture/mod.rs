@@ -8,6 +8,7 @@ mod chart;
 mod cut;
 mod flat;
 mod front;
+mod gaps;
 mod matching;
 mod measure;
 mod relax;
