@@ -31,7 +31,7 @@ pub struct Exemplar {
     pub window_px: Rect,
     /// Exemplar texels per pixel of the photograph.
     pub scale: f64,
-    /// The part of the whole crown that is sky gaps, at most the gap limit: what a texture grown from the exemplar should show.
+    /// The part of the crown's core that is sky gaps, at most the gap limit: what a texture grown from the exemplar should show.
     pub gap_fraction: f64,
 }
 
@@ -74,7 +74,7 @@ pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, para
         let t = layer.texels[y as usize * layer.width + x as usize];
         Rgba([byte(t.x), byte(t.y), byte(t.z), byte(255.0 * t.w)])
     });
-    let gap_fraction = (1.0 - foliage_px as f64 / crown.count() as f64).clamp(0.0, params.gap_limit);
+    let gap_fraction = gaps_in_core(&reduced, crown, gaps).min(params.gap_limit);
     Ok(Exemplar { image, window_px, scale: side / f64::from(window_px.width), gap_fraction })
 }
 
@@ -96,6 +96,21 @@ fn cut(photo: &Photo, crown: &Mask, gaps: &Mask, window: Rect, side: usize, shad
         let (x, y) = ((x as f32 + 0.5) * step, (y as f32 + 0.5) * step);
         colors.sharp(x, y).truncate().clamp(Vec3::ZERO, Vec3::splat(255.0)).extend(alphas.bilinear(x, y).w)
     })
+}
+
+/// How far from its outline the core of a crown begins, as a part of its bounding box's smaller side. Nearer, the spaces between twigs
+/// belong to the outline rather than to the foliage.
+const RIM: f64 = 0.06;
+
+/// The part of the crown's core that is sky gaps.
+fn gaps_in_core(reduced: &ReducedCrown, crown: &Mask, gaps: &Mask) -> f64 {
+    let (width, height) = (reduced.foliage.width, reduced.foliage.height);
+    let (crown, gaps) = (reduced.cover(crown), reduced.cover(gaps));
+    let solid = Layer::from_fn(width, height, |x, y| Vec4::splat(crown[y * width + x]));
+    let soft = solid.low_pass((RIM * width.min(height) as f64).ceil() as usize);
+    let sum = |cover: &[f32]| -> f64 { cover.iter().zip(&soft.texels).filter(|(_, s)| s.w > 0.97).map(|(&c, _)| f64::from(c)).sum() };
+    let core = sum(&crown);
+    if core > 0.0 { (sum(&gaps) / core).clamp(0.0, 1.0) } else { 0.0 }
 }
 
 /// Closes the shallowest gaps until at most `limit` of the texels are transparent: those with most foliage around them.

@@ -13,8 +13,8 @@ use crate::raster::Layer;
 const CUTOFF: f32 = 0.5;
 
 /// Radii of the low-passes whose difference tells how dark a place is against its surroundings, texels: gaps are blobs of the smaller size.
-const BLOB: usize = 2;
-const SURROUNDINGS: usize = 12;
+const BLOB: usize = 1;
+const SURROUNDINGS: usize = 8;
 
 /// The part of the covered texels that are gaps.
 pub(super) fn share(shaded: &[Option<Shaded>]) -> f64 {
