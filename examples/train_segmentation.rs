@@ -28,24 +28,23 @@ const HELD_OUT: [&str; 4] = ["fagus_grandifolia_05", "pseudotsuga_menziesii_19",
 /// One picture: its analysis, the truth per pixel of the reduced picture, and the number of the photograph it comes from.
 struct Example {
     photo: usize,
-    original: bool,
     scene: Scene,
     truth: Vec<bool>,
     first: Vec<f32>,
 }
 
-fn example(photo: usize, image: &RgbImage, mask: &RgbImage, original: bool) -> Example {
+fn example(photo: usize, image: &RgbImage, mask: &RgbImage) -> Example {
     let scene = Scene::new(Small::new(image));
     let truth = Small::new(mask).rgb.iter().map(|c| c[0] >= 128.0).collect();
     let first = scene.first();
-    Example { photo, original, scene, truth, first }
+    Example { photo, scene, truth, first }
 }
 
 /// The photograph, and parts of it that keep most of the crown.
 fn examples(photo: usize, path: &Path, mask: &Path) -> Vec<Example> {
     let image = image::open(path).expect("a photograph").to_rgb8();
     let mask = image::open(mask).expect("a mask").to_rgb8();
-    let mut out = vec![example(photo, &image, &mask, true)];
+    let mut out = vec![example(photo, &image, &mask)];
     let (w, h) = image.dimensions();
     for part in 0..PARTS {
         let mut draws = Seed(1).keyed("part", (photo * 64 + part) as u64);
@@ -58,7 +57,7 @@ fn examples(photo: usize, path: &Path, mask: &Path) -> Vec<Example> {
         for p in light.pixels_mut() {
             (0..3).for_each(|c| p.0[c] = (255.0 * gain[c] * (f64::from(p.0[c]) / 255.0).powf(gamma)).min(255.0) as u8);
         }
-        out.push(example(photo, &light, &crop(&mask), false));
+        out.push(example(photo, &light, &crop(&mask)));
     }
     out
 }

@@ -52,7 +52,7 @@ impl Scene {
     /// The first look, `FIRST` numbers per pixel.
     pub fn first(&self) -> Vec<f32> {
         let (w, h) = (self.small.width, self.small.height);
-        let count = self.small.len();
+        let count = self.small.count();
         let sky = Open::new(self);
         let over = |value: &(dyn Fn(f32, f32) -> f32 + Sync)| -> Plane { (0..count).map(|i| { let (x, y) = self.place(i); value(x, y) }).collect() };
         let spread = |value: &(dyn Fn(f32, f32) -> f32 + Sync)| self.palette.spread(&over(value), |_| 1.0);
@@ -127,7 +127,7 @@ impl Scene {
         let columns = body.columns(&self.small, &belief);
         let profile = profile(&self.small, &near, body.x, body.half_width);
         let core = self.core(&belief);
-        let mut out = vec![0.0; self.small.len() * SECOND];
+        let mut out = vec![0.0; self.small.count() * SECOND];
         out.par_chunks_mut(SECOND).enumerate().for_each(|(i, f)| {
             let ([l, a, b], (x, y)) = (self.small.lab[i], self.place(i));
             let (dx, dy) = body.relative((i % w) as f32, (i / w) as f32);
@@ -269,7 +269,7 @@ impl Body {
     /// For each pixel, the lowest and the mean belief on the straight way from the centre.
     fn rays(&self, small: &Small, belief: &[f32]) -> Vec<(f32, f32)> {
         const STEPS: usize = 24;
-        (0..small.len())
+        (0..small.count())
             .into_par_iter()
             .map(|i| {
                 let (x, y) = ((i % small.width) as f32, (i / small.width) as f32);

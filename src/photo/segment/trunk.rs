@@ -20,8 +20,8 @@ pub fn with_trunk(small: &Small, crown: &[bool]) -> Vec<bool> {
 
 /// Leftmost and rightmost column and lowest row of the crown.
 fn extent(small: &Small, crown: &[bool]) -> Option<(usize, usize, usize)> {
-    let columns = || (0..small.len()).filter(|&i| crown[i]).map(|i| i % small.width);
-    let bottom = (0..small.len()).rev().find(|&i| crown[i])? / small.width;
+    let columns = || (0..small.count()).filter(|&i| crown[i]).map(|i| i % small.width);
+    let bottom = (0..small.count()).rev().find(|&i| crown[i])? / small.width;
     Some((columns().min()?, columns().max()?, bottom))
 }
 
