@@ -53,7 +53,9 @@ pub enum Error {
         height: u32,
     },
     /// Sky only, or one colour.
-    #[error("the picture shows nothing but {what}, and a tree is expected; give a photograph of one tree, or its crown with --mask FILE")]
+    #[error(
+        "the picture shows nothing but {what}, and a tree is expected; give a photograph of one tree, or its crown with --mask FILE"
+    )]
     NothingToSee {
         /// What fills it: "sky", "one colour".
         what: &'static str,
@@ -78,7 +80,9 @@ pub enum Error {
     )]
     Leafless,
     /// A mask that does not fit the photograph.
-    #[error("the mask has {found_width}×{found_height} pixels, but the photograph has {width}×{height}; give a mask of the photograph's size")]
+    #[error(
+        "the mask has {found_width}×{found_height} pixels, but the photograph has {width}×{height}; give a mask of the photograph's size"
+    )]
     MaskSize {
         /// The photograph's columns.
         width: u32,

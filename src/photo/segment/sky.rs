@@ -87,7 +87,9 @@ fn density(small: &Small, grown: &[bool]) -> Vec<f32> {
         let (l, a, b) = cell(*c);
         // A tent of three cells a side: colours between the seen ones are sky too.
         for (dl, da, db) in (0..27).map(|i| (i / 9, i / 3 % 3, i % 3)) {
-            let (Some(l), Some(a), Some(b)) = ((l + dl).checked_sub(1), (a + da).checked_sub(1), (b + db).checked_sub(1)) else { continue };
+            let (Some(l), Some(a), Some(b)) = ((l + dl).checked_sub(1), (a + da).checked_sub(1), (b + db).checked_sub(1)) else {
+                continue;
+            };
             if l < BINS && a < BINS && b < BINS {
                 const TENT: [f32; 3] = [0.5, 1.0, 0.5];
                 density[(l * BINS + a) * BINS + b] += TENT[dl] * TENT[da] * TENT[db] / total;

@@ -72,7 +72,9 @@ impl Small {
             let (top, bottom) = window(y, self.height);
             for (x, value) in row.iter_mut().enumerate() {
                 let (left, right) = window(x, self.width);
-                let sum = sums[bottom * stride + right] + sums[top * stride + left] - sums[bottom * stride + left] - sums[top * stride + right];
+                let sum = sums[bottom * stride + right] + sums[top * stride + left]
+                    - sums[bottom * stride + left]
+                    - sums[top * stride + right];
                 *value = (sum / ((bottom - top) * (right - left)) as f64) as f32;
             }
         }
