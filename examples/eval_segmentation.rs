@@ -63,7 +63,11 @@ fn main() {
             let ms = start.elapsed().as_secs_f64() * 1e3;
             match result {
                 Ok(s) => {
-                    let best = row.masks.iter().map(|m| same_size_iou(&Mask::from_gray(&image::open(m).expect("a mask").to_luma8()), &s.crown)).fold(0.0, f64::max);
+                    let best = row
+                        .masks
+                        .iter()
+                        .map(|m| same_size_iou(&Mask::from_gray(&image::open(m).expect("a mask").to_luma8()), &s.crown))
+                        .fold(0.0, f64::max);
                     if let Some(out) = &out {
                         std::fs::create_dir_all(out).expect("a folder for the masks");
                         photo.image.save(out.join(format!("{name}.photo.png"))).expect("a written photo");

@@ -28,24 +28,23 @@ const HELD_OUT: [&str; 4] = ["fagus_grandifolia_05", "pseudotsuga_menziesii_19",
 /// One picture: its analysis, the truth per pixel of the reduced picture, and the number of the photograph it comes from.
 struct Example {
     photo: usize,
-    original: bool,
     scene: Scene,
     truth: Vec<bool>,
     first: Vec<f32>,
 }
 
-fn example(photo: usize, image: &RgbImage, mask: &RgbImage, original: bool) -> Example {
+fn example(photo: usize, image: &RgbImage, mask: &RgbImage) -> Example {
     let scene = Scene::new(Small::new(image));
     let truth = Small::new(mask).rgb.iter().map(|c| c[0] >= 128.0).collect();
     let first = scene.first();
-    Example { photo, original, scene, truth, first }
+    Example { photo, scene, truth, first }
 }
 
 /// The photograph, and parts of it that keep most of the crown.
 fn examples(photo: usize, path: &Path, mask: &Path) -> Vec<Example> {
     let image = image::open(path).expect("a photograph").to_rgb8();
     let mask = image::open(mask).expect("a mask").to_rgb8();
-    let mut out = vec![example(photo, &image, &mask, true)];
+    let mut out = vec![example(photo, &image, &mask)];
     let (w, h) = image.dimensions();
     for part in 0..PARTS {
         let mut draws = Seed(1).keyed("part", (photo * 64 + part) as u64);
@@ -58,7 +57,7 @@ fn examples(photo: usize, path: &Path, mask: &Path) -> Vec<Example> {
         for p in light.pixels_mut() {
             (0..3).for_each(|c| p.0[c] = (255.0 * gain[c] * (f64::from(p.0[c]) / 255.0).powf(gamma)).min(255.0) as u8);
         }
-        out.push(example(photo, &light, &crop(&mask), false));
+        out.push(example(photo, &light, &crop(&mask)));
     }
     out
 }
@@ -146,7 +145,8 @@ fn iou(logits: &[f32], truth: &[bool]) -> f64 {
 }
 
 fn rust_table(name: &str, look: &Learned) -> String {
-    let rows: Vec<String> = look.terms.iter().map(|t| format!("        [{}],\n", t.map(|v| format!("{v:.4}")).join(", "))).collect();
+    let rows: Vec<String> =
+        look.terms.iter().map(|t| format!("        [{}],\n", t.map(|v| format!("{v:.4}")).join(", "))).collect();
     format!("pub const {name}: Look<'static> = Look {{\n    terms: &[\n{}    ],\n    bias: {:.4},\n}};\n", rows.concat(), look.bias)
 }
 
@@ -163,7 +163,12 @@ fn judge(looks: &Looks, scene: &Scene) -> Vec<Vec<f32>> {
 
 /// Weights per fold, and from all pictures.
 fn learn(rows: &[Row]) -> Vec<Looks> {
-    let all: Vec<Example> = rows.par_iter().enumerate().filter(|(_, r)| !HELD_OUT.contains(&r.name.as_str())).flat_map_iter(|(i, r)| examples(i, &r.image, &r.masks[0])).collect();
+    let all: Vec<Example> = rows
+        .par_iter()
+        .enumerate()
+        .filter(|(_, r)| !HELD_OUT.contains(&r.name.as_str()))
+        .flat_map_iter(|(i, r)| examples(i, &r.image, &r.masks[0]))
+        .collect();
     println!("{} pictures", all.len());
     // Each picture's first look is by weights that have not seen its photograph.
     let folds: Vec<usize> = (0..=FOLDS).collect();
@@ -175,7 +180,8 @@ fn learn(rows: &[Row]) -> Vec<Looks> {
         let learned: Vec<Learned> = folds
             .par_iter()
             .map(|&fold| {
-                let data: Vec<_> = all.iter().zip(&inputs).filter(|(e, _)| learned(e, fold)).map(|(e, f)| (&f[..], &e.truth[..])).collect();
+                let data: Vec<_> =
+                    all.iter().zip(&inputs).filter(|(e, _)| learned(e, fold)).map(|(e, f)| (&f[..], &e.truth[..])).collect();
                 train(size, &data)
             })
             .collect();
@@ -229,23 +235,39 @@ fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Looks + Sync, ou
             let (w, h) = (scene.small.width as u32, scene.small.height as u32);
             let draw = |suffix: &str, values: &[f32]| {
                 let grey = values.iter().map(|v| (255.0 / (1.0 + (-v).exp())) as u8).collect();
-                image::GrayImage::from_raw(w, h, grey).expect("one byte a pixel").save(out.join(format!("{}.{suffix}.png", row.name))).expect("written");
+                image::GrayImage::from_raw(w, h, grey)
+                    .expect("one byte a pixel")
+                    .save(out.join(format!("{}.{suffix}.png", row.name)))
+                    .expect("written");
             };
             for (look, name) in looks.iter().zip(["first", "second", "third"]) {
                 draw(name, look);
             }
             draw("shape", &shape.iter().map(|v| 20.0 * v).collect::<Vec<_>>());
-            draw("sky", &scene.sky.likeness.iter().zip(&scene.sky.grown).map(|(l, g)| 8.0 * (l - 0.5) + if *g { 4.0 } else { -4.0 }).collect::<Vec<_>>());
-            looks.iter().chain([&shape]).map(|l| {
-                row.masks
+            draw(
+                "sky",
+                &scene
+                    .sky
+                    .likeness
                     .iter()
-                    .map(|m| {
-                        let truth: Vec<bool> = Small::new(&image::open(m).expect("a mask").to_rgb8()).rgb.iter().map(|c| c[0] >= 128.0).collect();
-                        iou(l, &truth)
-                    })
-                    .fold(0.0, f64::max)
-            })
-            .collect()
+                    .zip(&scene.sky.grown)
+                    .map(|(l, g)| 8.0 * (l - 0.5) + if *g { 4.0 } else { -4.0 })
+                    .collect::<Vec<_>>(),
+            );
+            looks
+                .iter()
+                .chain([&shape])
+                .map(|l| {
+                    row.masks
+                        .iter()
+                        .map(|m| {
+                            let truth: Vec<bool> =
+                                Small::new(&image::open(m).expect("a mask").to_rgb8()).rgb.iter().map(|c| c[0] >= 128.0).collect();
+                            iou(l, &truth)
+                        })
+                        .fold(0.0, f64::max)
+                })
+                .collect()
         })
         .collect();
     for (row, ious) in rows.iter().zip(&results) {
@@ -255,7 +277,12 @@ fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Looks + Sync, ou
     for look in 0..=LOOKS {
         let mut v: Vec<f64> = results.iter().map(|r| r[look]).collect();
         v.sort_by(f64::total_cmp);
-        print!("  mean {:.3} median {:.3} low {}", v.iter().sum::<f64>() / v.len() as f64, v[v.len() / 2], v.iter().filter(|&&v| v < 0.5).count());
+        print!(
+            "  mean {:.3} median {:.3} low {}",
+            v.iter().sum::<f64>() / v.len() as f64,
+            v[v.len() / 2],
+            v.iter().filter(|&&v| v < 0.5).count()
+        );
     }
     println!();
 }
@@ -275,8 +302,11 @@ fn main() {
     report("pairs", &pairs(Path::new(&args[2])), |_| weights[FOLDS].clone(), out);
     if let Some(file) = args.get(5) {
         let names = ["FIRST_LOOK", "SECOND_LOOK", "THIRD_LOOK"];
-        let tables: String = names.iter().zip(&weights[FOLDS]).map(|(n, l)| format!("\n/// Learned.\n{}", rust_table(n, l))).collect();
-        let text = format!("//! Weights learned by `examples/train_segmentation.rs`; not to be edited.\n\nuse super::model::Look;\n{tables}");
+        let tables: String =
+            names.iter().zip(&weights[FOLDS]).map(|(n, l)| format!("\n/// Learned.\n{}", rust_table(n, l))).collect();
+        let text = format!(
+            "//! Weights learned by `examples/train_segmentation.rs`; not to be edited.\n\nuse super::model::Look;\n{tables}"
+        );
         std::fs::write(file, text).expect("a written table");
     }
 }

@@ -32,7 +32,7 @@ pub fn find(scene: &Scene, hints: &Hints, opaque: Option<&Mask>, full: (u32, u32
 
 /// What the hints say about each reduced pixel: +1 crown, -1 not crown, 0 nothing.
 fn seeds(small: &Small, hints: &Hints, opaque: Option<&Mask>, (width, height): (u32, u32)) -> Vec<i8> {
-    let mut seeds = vec![0i8; small.len()];
+    let mut seeds = vec![0i8; small.count()];
     let (sx, sy) = (small.width as f32 / width as f32, small.height as f32 / height as f32);
     let place = |i: usize| ((i % small.width) as f32 + 0.5, (i / small.width) as f32 + 0.5);
     let within = |r: &Rect, (x, y): (f32, f32)| {

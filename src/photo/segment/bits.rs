@@ -117,7 +117,9 @@ impl Bits {
                         self.widen(&mut wide);
                     }
                     for dy in offsets {
-                        let Some(target) = (y as i64 + dy - top as i64).try_into().ok().filter(|&t: &usize| t < rows) else { continue };
+                        let Some(target) = (y as i64 + dy - top as i64).try_into().ok().filter(|&t: &usize| t < rows) else {
+                            continue;
+                        };
                         let target = &mut out[target * self.stride..(target + 1) * self.stride];
                         target.iter_mut().zip(&wide).for_each(|(o, w)| *o |= w);
                     }

@@ -35,8 +35,13 @@ impl Scene {
         let sky = Sky::new(&small);
         let lightness: Plane = small.lab.iter().map(|c| c[0]).collect();
         let texture = [1, 3, 7].map(|r| small.deviation(&lightness, r).iter().map(|v| (v + 1.0).ln() - 2.0).collect::<Plane>());
-        let described: Vec<[f32; 5]> =
-            small.lab.iter().zip(&texture[1]).zip(&texture[0]).map(|((c, t), f)| [0.6 * c[0], c[1], c[2], 9.0 * t, 4.0 * f]).collect();
+        let described: Vec<[f32; 5]> = small
+            .lab
+            .iter()
+            .zip(&texture[1])
+            .zip(&texture[0])
+            .map(|((c, t), f)| [0.6 * c[0], c[1], c[2], 9.0 * t, 4.0 * f])
+            .collect();
         let palette = Palette::new(&described, GROUPS);
         let grown: Plane = sky.grown.iter().map(|&g| f32::from(u8::from(g))).collect();
         let sky_share = [8, 24].map(|r| small.mean(&grown, r));
@@ -52,9 +57,16 @@ impl Scene {
     /// The first look, `FIRST` numbers per pixel.
     pub fn first(&self) -> Vec<f32> {
         let (w, h) = (self.small.width, self.small.height);
-        let count = self.small.len();
+        let count = self.small.count();
         let sky = Open::new(self);
-        let over = |value: &(dyn Fn(f32, f32) -> f32 + Sync)| -> Plane { (0..count).map(|i| { let (x, y) = self.place(i); value(x, y) }).collect() };
+        let over = |value: &(dyn Fn(f32, f32) -> f32 + Sync)| -> Plane {
+            (0..count)
+                .map(|i| {
+                    let (x, y) = self.place(i);
+                    value(x, y)
+                })
+                .collect()
+        };
         let spread = |value: &(dyn Fn(f32, f32) -> f32 + Sync)| self.palette.spread(&over(value), |_| 1.0);
         let central = spread(&|x, y| (-(x * x) * 2.5 - (y - 0.45) * (y - 0.45) * 10.0).exp());
         let height = spread(&|_, y| y);
@@ -127,7 +139,7 @@ impl Scene {
         let columns = body.columns(&self.small, &belief);
         let profile = profile(&self.small, &near, body.x, body.half_width);
         let core = self.core(&belief);
-        let mut out = vec![0.0; self.small.len() * SECOND];
+        let mut out = vec![0.0; self.small.count() * SECOND];
         out.par_chunks_mut(SECOND).enumerate().for_each(|(i, f)| {
             let ([l, a, b], (x, y)) = (self.small.lab[i], self.place(i));
             let (dx, dy) = body.relative((i % w) as f32, (i / w) as f32);
@@ -269,7 +281,7 @@ impl Body {
     /// For each pixel, the lowest and the mean belief on the straight way from the centre.
     fn rays(&self, small: &Small, belief: &[f32]) -> Vec<(f32, f32)> {
         const STEPS: usize = 24;
-        (0..small.len())
+        (0..small.count())
             .into_par_iter()
             .map(|i| {
                 let (x, y) = ((i % small.width) as f32, (i / small.width) as f32);

@@ -59,7 +59,16 @@ fn scaled_hue([r, g, b]: [u8; 3]) -> (f32, f32) {
     let red = 60.0 * (g - b) + if g < b { 360.0 * chroma } else { 0.0 };
     let green = 60.0 * (b - r) + 120.0 * chroma;
     let blue = 60.0 * (r - g) + 240.0 * chroma;
-    (if r8 == max8 { red } else if g8 == max8 { green } else { blue }, chroma)
+    (
+        if r8 == max8 {
+            red
+        } else if g8 == max8 {
+            green
+        } else {
+            blue
+        },
+        chroma,
+    )
 }
 
 /// Hue in degrees, 0 for greys.
@@ -90,7 +99,14 @@ mod tests {
 
     #[test]
     fn hues_are_opencvs() {
-        for (rgb, hue) in [([255, 0, 0], 0.0), ([0, 255, 0], 120.0), ([0, 0, 255], 240.0), ([10, 10, 10], 0.0), ([255, 0, 128], 329.882), ([30, 60, 0], 90.0)] {
+        for (rgb, hue) in [
+            ([255, 0, 0], 0.0),
+            ([0, 255, 0], 120.0),
+            ([0, 0, 255], 240.0),
+            ([10, 10, 10], 0.0),
+            ([255, 0, 128], 329.882),
+            ([30, 60, 0], 90.0),
+        ] {
             assert!((hue_deg(rgb) - hue).abs() < 1e-3, "{rgb:?}: {} instead of {hue}", hue_deg(rgb));
         }
     }

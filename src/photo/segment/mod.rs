@@ -12,9 +12,9 @@ use small::Small;
 
 mod auto;
 mod bits;
+mod ellipse;
 pub mod features;
 mod foliage;
-mod ellipse;
 mod hsv;
 pub mod model;
 mod palette;
@@ -172,7 +172,8 @@ fn by_hue(photo: &Photo, scene: &Scene, params: &SegmentParams, hints: &Hints, o
     if found.crown.count() == 0 {
         return Err(foliage::none(scene, format!(" between {} and {} degrees of hue", range.0, range.1)));
     }
-    let steps = vec![("threshold", found.threshold.to_mask()), ("opening", found.opened.to_mask()), ("closing", found.closed.to_mask())];
+    let steps =
+        vec![("threshold", found.threshold.to_mask()), ("opening", found.opened.to_mask()), ("closing", found.closed.to_mask())];
     Ok(Found { crown: found.crown, steps, hue_deg: range })
 }
 
@@ -188,7 +189,8 @@ fn by_looks(photo: &Photo, scene: &Scene, hints: &Hints, opaque: Option<&Mask>) 
     if crown.count() == 0 {
         return Err(foliage::none(scene, String::new()));
     }
-    let steps = vec![("evidence", enlarge(&found.evidence, &scene.small, size)), ("shape", enlarge(&found.crown, &scene.small, size))];
+    let steps =
+        vec![("evidence", enlarge(&found.evidence, &scene.small, size)), ("shape", enlarge(&found.crown, &scene.small, size))];
     Ok(Found { crown, steps, hue_deg: foliage::hue_range(scene, &found.crown) })
 }
 

@@ -45,7 +45,8 @@ impl Palette {
         }
         let (sum, total) = (sums.iter().sum::<f64>(), totals.iter().sum::<f64>().max(1e-9));
         let prior = 0.002 * total;
-        let means: Vec<f32> = (0..self.groups).map(|g| ((sums[g] + prior * sum / total) / (totals[g] + prior).max(1e-9)) as f32).collect();
+        let means: Vec<f32> =
+            (0..self.groups).map(|g| ((sums[g] + prior * sum / total) / (totals[g] + prior).max(1e-9)) as f32).collect();
         self.group.iter().map(|&g| means[g as usize]).collect()
     }
 }

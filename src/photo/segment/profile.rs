@@ -10,11 +10,13 @@ pub const PROFILE: usize = 6;
 /// Describes every row for the crown whose axis stands at `axis` and whose half width is `half_width`, in reduced pixels.
 pub fn profile(small: &Small, belief: &[f32], axis: f32, half_width: f32) -> Vec<[f32; PROFILE]> {
     let (w, h) = (small.width, small.height);
-    let reach = |f: f32| (((axis - f * half_width).max(0.0)) as usize).min(w - 1)..((axis + f * half_width) as usize + 1).clamp(1, w);
+    let reach =
+        |f: f32| (((axis - f * half_width).max(0.0)) as usize).min(w - 1)..((axis + f * half_width) as usize + 1).clamp(1, w);
     let count = |y: usize, columns: std::ops::Range<usize>| columns.filter(|x| belief[y * w + x] > 0.5).count() as f32;
     let widths = smooth(&(0..h).map(|y| count(y, reach(1.6))).collect::<Vec<_>>(), 3);
     let margin = (w / 16).max(1);
-    let aside = smooth(&(0..h).map(|y| (count(y, 0..margin) + count(y, w - margin..w)) / (2 * margin) as f32).collect::<Vec<_>>(), 3);
+    let aside =
+        smooth(&(0..h).map(|y| (count(y, 0..margin) + count(y, w - margin..w)) / (2 * margin) as f32).collect::<Vec<_>>(), 3);
     let trunk = trunks(small, reach(0.35));
     let (mut top, mut widest, mut most, mut seen) = (None, 0, 1.0f32, 0.0f32);
     (0..h)

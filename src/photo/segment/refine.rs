@@ -61,7 +61,7 @@ fn local_colour(small: &Small, crown: &[bool], side: bool) -> Vec<Option<[f32; 3
     let share = small.mean(&weight, REACH);
     let channel = |c: usize| small.mean(&small.rgb.iter().zip(&weight).map(|(p, w)| p[c] * w).collect::<Plane>(), REACH);
     let channels = [channel(0), channel(1), channel(2)];
-    (0..small.len()).map(|i| (share[i] > 0.05).then(|| [0, 1, 2].map(|c: usize| channels[c][i] / share[i]))).collect()
+    (0..small.count()).map(|i| (share[i] > 0.05).then(|| [0, 1, 2].map(|c: usize| channels[c][i] / share[i]))).collect()
 }
 
 /// Which colour a pixel is nearer to: 1 the inner, -1 the outer, 0 when the two say nothing.

@@ -13,7 +13,8 @@ const FIRST_SHARE: f32 = 0.5;
 /// The crown in the reduced photograph, from the looks' log-odds.
 pub fn crown(scene: &Scene, looks: &[Vec<f32>]) -> Vec<bool> {
     let small = &scene.small;
-    let evidence: Plane = looks[0].iter().zip(&looks[1]).map(|(a, b)| FIRST_SHARE * soft(*a) + (1.0 - FIRST_SHARE) * soft(*b)).collect();
+    let evidence: Plane =
+        looks[0].iter().zip(&looks[1]).map(|(a, b)| FIRST_SHARE * soft(*a) + (1.0 - FIRST_SHARE) * soft(*b)).collect();
     let ellipse = Ellipse::fit(small, &evidence.iter().map(|v| v.clamp(-2.0, 2.0)).collect::<Plane>());
     let smooth = small.mean(&evidence, 1);
     let shaped: Plane = smooth

@@ -46,7 +46,7 @@ fn possible([l, a, b]: [f32; 3]) -> bool {
 
 fn grow(small: &Small, roughness: &[f32]) -> Vec<bool> {
     let (w, h) = (small.width, small.height);
-    let mut grown = vec![false; small.len()];
+    let mut grown = vec![false; small.count()];
     let mut queue: VecDeque<usize> = VecDeque::new();
     for i in 0..w * (h / 12).max(1) {
         if possible(small.lab[i]) && roughness[i] < 4.0 {
@@ -79,7 +79,7 @@ fn cell([l, a, b]: [f32; 3]) -> (usize, usize, usize) {
 /// The share of the grown sky in and around each cell of colour space.
 fn density(small: &Small, grown: &[bool]) -> Vec<f32> {
     let total = grown.iter().filter(|&&g| g).count() as f32;
-    if total < 0.004 * small.len() as f32 {
+    if total < 0.004 * small.count() as f32 {
         return Vec::new();
     }
     let mut density = vec![0.0f32; BINS * BINS * BINS];
@@ -87,7 +87,9 @@ fn density(small: &Small, grown: &[bool]) -> Vec<f32> {
         let (l, a, b) = cell(*c);
         // A tent of three cells a side: colours between the seen ones are sky too.
         for (dl, da, db) in (0..27).map(|i| (i / 9, i / 3 % 3, i % 3)) {
-            let (Some(l), Some(a), Some(b)) = ((l + dl).checked_sub(1), (a + da).checked_sub(1), (b + db).checked_sub(1)) else { continue };
+            let (Some(l), Some(a), Some(b)) = ((l + dl).checked_sub(1), (a + da).checked_sub(1), (b + db).checked_sub(1)) else {
+                continue;
+            };
             if l < BINS && a < BINS && b < BINS {
                 const TENT: [f32; 3] = [0.5, 1.0, 0.5];
                 density[(l * BINS + a) * BINS + b] += TENT[dl] * TENT[da] * TENT[db] / total;

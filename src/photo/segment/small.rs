@@ -54,11 +54,11 @@ impl Small {
     pub fn new_mask(mask: &Mask, small: &Self) -> Vec<bool> {
         let at = |i: usize, n: usize, full: u32| ((2 * i + 1) * full as usize / (2 * n)) as i64;
         let (w, h) = (small.width, small.height);
-        (0..small.len()).map(|i| mask.get(at(i % w, w, mask.width()), at(i / w, h, mask.height()))).collect()
+        (0..small.count()).map(|i| mask.get(at(i % w, w, mask.width()), at(i / w, h, mask.height()))).collect()
     }
 
     /// Pixels.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.width * self.height
     }
 
@@ -67,12 +67,14 @@ impl Small {
         let sums = self.integral(plane);
         let stride = self.width + 1;
         let window = |i: usize, n: usize| (i.saturating_sub(radius), (i + radius + 1).min(n));
-        let mut out = vec![0.0; self.len()];
+        let mut out = vec![0.0; self.count()];
         for (y, row) in out.chunks_mut(self.width).enumerate() {
             let (top, bottom) = window(y, self.height);
             for (x, value) in row.iter_mut().enumerate() {
                 let (left, right) = window(x, self.width);
-                let sum = sums[bottom * stride + right] + sums[top * stride + left] - sums[bottom * stride + left] - sums[top * stride + right];
+                let sum = sums[bottom * stride + right] + sums[top * stride + left]
+                    - sums[bottom * stride + left]
+                    - sums[top * stride + right];
                 *value = (sum / ((bottom - top) * (right - left)) as f64) as f32;
             }
         }

@@ -80,7 +80,8 @@ fn hints_bind() {
     let rect = Rect { x: 30, y: 30, width: 60, height: 130 };
     for method in [Method::Auto, Method::Hsv] {
         let params = SegmentParams { method, ..SegmentParams::default() };
-        let found = segment(&photo, &params, &Hints { rect: Some(rect), hue_deg: Some((60.0, 150.0)), ..Hints::default() }).expect("a crown");
+        let found = segment(&photo, &params, &Hints { rect: Some(rect), hue_deg: Some((60.0, 150.0)), ..Hints::default() })
+            .expect("a crown");
         let b = found.crown.bounds().expect("not empty");
         assert!(b.x >= 30 && b.x + b.width <= 90, "{method:?}: {b:?} leaves the rectangle");
     }

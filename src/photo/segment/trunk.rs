@@ -8,7 +8,10 @@ pub fn with_trunk(small: &Small, crown: &[bool]) -> Vec<bool> {
     let Some((left, right, bottom)) = extent(small, crown) else { return tree };
     let crown_width = right - left + 1;
     let widths = (1..=(crown_width / 14).max(2)).collect::<Vec<_>>();
-    let best = widths.into_iter().filter_map(|half| column(small, crown, (left, right, bottom), half)).max_by(|a, b| a.score.total_cmp(&b.score));
+    let best = widths
+        .into_iter()
+        .filter_map(|half| column(small, crown, (left, right, bottom), half))
+        .max_by(|a, b| a.score.total_cmp(&b.score));
     let Some(column) = best else { return tree };
     for &(x, y) in &column.path {
         for px in x.saturating_sub(column.half)..=(x + column.half).min(small.width - 1) {
@@ -20,8 +23,8 @@ pub fn with_trunk(small: &Small, crown: &[bool]) -> Vec<bool> {
 
 /// Leftmost and rightmost column and lowest row of the crown.
 fn extent(small: &Small, crown: &[bool]) -> Option<(usize, usize, usize)> {
-    let columns = || (0..small.len()).filter(|&i| crown[i]).map(|i| i % small.width);
-    let bottom = (0..small.len()).rev().find(|&i| crown[i])? / small.width;
+    let columns = || (0..small.count()).filter(|&i| crown[i]).map(|i| i % small.width);
+    let bottom = (0..small.count()).rev().find(|&i| crown[i])? / small.width;
     Some((columns().min()?, columns().max()?, bottom))
 }
 
@@ -64,7 +67,10 @@ fn column(small: &Small, crown: &[bool], (left, right, bottom): (usize, usize, u
         let mut step = vec![0i8; to - from];
         for x in 0..to - from {
             let lower = |dx: i8| (x as i64 + i64::from(dx)).try_into().ok().and_then(|i: usize| sums.get(i)).copied();
-            let (value, dx) = [0i8, -1, 1].into_iter().filter_map(|dx| Some((lower(dx)? - 0.5 * f32::from(dx.abs()), dx))).fold((f32::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a });
+            let (value, dx) = [0i8, -1, 1]
+                .into_iter()
+                .filter_map(|dx| Some((lower(dx)? - 0.5 * f32::from(dx.abs()), dx)))
+                .fold((f32::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a });
             let already = crown[y * small.width + x + from];
             next[x] = value + if already { 0.0 } else { (ridge(small, x + from, y, half) - CLEAR).clamp(-CLEAR, CLEAR) };
             step[x] = dx;
