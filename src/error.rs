@@ -216,21 +216,6 @@ pub enum Error {
          or draw the crown and give --mask FILE"
     )]
     Leafless,
-    },
-    /// A mask that does not fit the photograph.
-    #[error(
-        "the mask has {found_width}×{found_height} pixels, but the photograph has {width}×{height}; give a mask of the photograph's size"
-    )]
-    MaskSize {
-        /// The photograph's columns.
-        width: u32,
-        /// The photograph's rows.
-        height: u32,
-        /// The mask's columns.
-        found_width: u32,
-        /// The mask's rows.
-        found_height: u32,
-    },
     /// A hint that contradicts the picture or itself.
     #[error("{flag} must be {expected}, but is {found}; correct it or leave it out")]
     Hint {

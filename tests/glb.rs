@@ -64,11 +64,7 @@ fn about() -> About {
 fn model(crowns: u32, side: u32) -> TreeModel {
     let crown = |number: u32| {
         let center = Vec3::new(number as f32, 5.0 + 0.1 * number as f32, -0.0);
-        ModelCrown {
-            surface: sphere(center, 2.5, 12, 8),
-            texture: noise(side, number % 2 == 1),
-            center,
-        }
+        ModelCrown { surface: sphere(center, 2.5, 12, 8), texture: noise(side, number % 2 == 1), center }
     };
     let trunk = TrunkShape::guessed(Vec3::Y * 2.0, Vec3::Y * 5.0, 10.0).build();
     TreeModel { crowns: (0..crowns).map(crown).collect(), trunk: Some(trunk), about: about() }

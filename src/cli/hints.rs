@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
+use crate::photo::segment::check_hue;
 use crate::photo::{DecodeParams, Hints};
 use crate::raster::Rect;
 use crate::{Error, Result};
@@ -63,10 +64,10 @@ fn whole_numbers<const N: usize>(name: &str, text: &str, expected: &str) -> Resu
 }
 
 fn hue_range(text: &str) -> Result<(f64, f64)> {
-    let range =
-        text.split_once("..").and_then(|(low, high)| Some((low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?)));
-    let allowed = |&(low, high): &(f64, f64)| 0.0 <= low && low <= high && high <= 360.0;
-    range.filter(allowed).ok_or_else(|| wrong("hue", text, "LO..HI in degrees with 0 ≤ LO ≤ HI ≤ 360"))
+    let range = text.split_once("..").and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
+    let range = range.ok_or_else(|| wrong("hue", text, "LO..HI, two numbers of degrees"))?;
+    check_hue(range)?;
+    Ok(range)
 }
 
 fn wrong(name: &str, text: &str, expected: &str) -> Error {
@@ -89,7 +90,7 @@ mod tests {
         assert_eq!(hue_range("45.5..45.5").unwrap(), (45.5, 45.5));
         for text in ["150..90", "90", "90..", "-5..20", "0..400", "NaN..20", "a..b", ""] {
             let message = hue_range(text).unwrap_err().to_string();
-            assert!(message.contains("--hue must be LO..HI in degrees"), "{message}");
+            assert!(message.contains("--hue must be LO..HI"), "{message}");
         }
     }
 

@@ -108,7 +108,8 @@ fn gaps_in_core(reduced: &ReducedCrown, crown: &Mask, gaps: &Mask) -> f64 {
     let (crown, gaps) = (reduced.cover(crown), reduced.cover(gaps));
     let solid = Layer::from_fn(width, height, |x, y| Vec4::splat(crown[y * width + x]));
     let soft = solid.low_pass((RIM * width.min(height) as f64).ceil() as usize);
-    let sum = |cover: &[f32]| -> f64 { cover.iter().zip(&soft.texels).filter(|(_, s)| s.w > 0.97).map(|(&c, _)| f64::from(c)).sum() };
+    let sum =
+        |cover: &[f32]| -> f64 { cover.iter().zip(&soft.texels).filter(|(_, s)| s.w > 0.97).map(|(&c, _)| f64::from(c)).sum() };
     let core = sum(&crown);
     if core > 0.0 { (sum(&gaps) / core).clamp(0.0, 1.0) } else { 0.0 }
 }

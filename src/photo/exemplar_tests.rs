@@ -69,7 +69,9 @@ fn gaps_become_transparent_within_their_limit_and_foliage_bleeds_under_them() {
     let tight = choose(&photo, &crown, &gaps, 1.0, &params).unwrap();
     assert!(open(&free) > 0.03 && open(&tight) <= 0.02, "{} {}", open(&free), open(&tight));
     assert!(free.image.pixels().all(|p| p[2] < 130), "no sky blue under the gaps");
-    assert!((free.gap_fraction - gaps.count() as f64 / crown.count() as f64).abs() < 1e-9);
+    // The painted gaps are spread evenly, so that the core has about as many as the whole.
+    let whole = gaps.count() as f64 / crown.count() as f64;
+    assert!((free.gap_fraction - whole).abs() < 0.2 * whole, "{} for {whole}", free.gap_fraction);
 }
 
 #[test]

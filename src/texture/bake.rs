@@ -68,7 +68,7 @@ pub fn shares<'a>(meshes: impl Iterator<Item = &'a PolyMesh>, params: &BakeParam
         // Rounded to a power of two, rather down: two equal crowns get half the side each.
         2u32.pow((even.max(64.0).log2() + 0.4).floor() as u32).clamp(64, params.texture_size.0.max(64))
     };
-    let alone = areas.len() == 1 || !(total > 0.0);
+    let alone = areas.len() == 1 || total.is_nan() || total <= 0.0;
     areas
         .iter()
         .map(|&area| if alone { params.clone() } else { BakeParams { texture_size: PowerOfTwo(side(area)), ..params.clone() } })

@@ -65,15 +65,24 @@ pub struct Hints {
     pub hue_deg: Option<(f64, f64)>,
 }
 
+/// Checks a hue range in degrees.
+///
+/// # Errors
+/// [`Error::Hint`] unless 0 ≤ low ≤ high ≤ 360.
+pub fn check_hue((low, high): (f64, f64)) -> Result<()> {
+    if 0.0 <= low && low <= high && high <= 360.0 {
+        return Ok(());
+    }
+    Err(Error::Hint {
+        flag: "--hue", expected: "LO..HI with 0 ≤ LO ≤ HI ≤ 360 degrees".into(), found: format!("{low}..{high}")
+    })
+}
+
 impl Hints {
     /// Checks every hint against a picture of the given size.
     fn validate(&self, width: u32, height: u32) -> Result<()> {
         let refuse = |flag, expected: String, found: String| Err(Error::Hint { flag, expected, found });
-        if let Some((low, high)) = self.hue_deg
-            && !(0.0 <= low && low <= high && high <= 360.0)
-        {
-            return refuse("--hue", "LO..HI with 0 ≤ LO ≤ HI ≤ 360 degrees".into(), format!("{low}..{high}"));
-        }
+        self.hue_deg.map_or(Ok(()), check_hue)?;
         if let Some(r) = self.rect {
             let fits = |start: u32, length: u32, size: u32| length > 0 && u64::from(start) + u64::from(length) <= u64::from(size);
             if !fits(r.x, r.width, width) || !fits(r.y, r.height, height) {

@@ -110,7 +110,7 @@ fn contradictions_are_refused_with_what_to_do() {
         (Hints { exclude: vec![(0, 240)], ..none() }, "--exclude must be inside"),
         (Hints { rect: Some(Rect { x: 170, y: 0, width: 11, height: 5 }), ..none() }, "--rect must be"),
         (Hints { rect: Some(Rect { x: 0, y: 0, width: 0, height: 5 }), ..none() }, "--rect must be"),
-        (Hints { mask: Some(Mask::new(180, 239)), ..none() }, "the mask has 180×239 pixels, but the photograph has 180×240"),
+        (Hints { mask: Some(Mask::new(180, 239)), ..none() }, "the mask has 180×239 pixels, but 180×240 were expected"),
         (Hints { mask: Some(Mask::new(180, 240)), ..none() }, "--mask must be"),
     ] {
         let said = message(auto(&photo, &hints));
