@@ -34,8 +34,8 @@ def read(criterion: Path) -> list[Row]:
         identity = json.loads(path.read_text(encoding="utf-8"))
         median = json.loads(path.with_name("estimates.json").read_text(encoding="utf-8"))["median"]
         interval = median["confidence_interval"]
-        milliseconds = (nanoseconds / 1e6 for nanoseconds in (median["point_estimate"], interval["lower_bound"], interval["upper_bound"]))
-        rows.append(Row(identity["group_id"], identity["function_id"], *milliseconds))
+        nanoseconds = (median["point_estimate"], interval["lower_bound"], interval["upper_bound"])
+        rows.append(Row(identity["group_id"], identity["function_id"], *(value / 1e6 for value in nanoseconds)))
     return rows
 
 

@@ -1,4 +1,4 @@
-"""The command line: ``sphereboard-tools check-segmentation``, ``check-mesh`` and, for the benches, ``time-hsv`` and ``bench-report``."""
+"""The command line: ``check-segmentation``, ``check-mesh`` and, for the benches, ``time-hsv`` and ``bench-report``."""
 
 import argparse
 import sys

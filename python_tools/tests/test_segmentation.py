@@ -127,9 +127,7 @@ def test_masks_are_not_photographs(tmp_path: Path):
 def pretender(folder: Path, shift: int) -> Path:
     """Write a program that poses as ours: OpenCV's mask, shifted."""
     program = folder / "sphereboard"
-    parameters = {
-        "parameters": {"segment": {"method": "hsv", "opening_px": 2, "closing_px": 4}}, "hue_deg": [90, 150]
-    }
+    parameters = {"parameters": {"segment": {"method": "hsv", "opening_px": 2, "closing_px": 4}}, "hue_deg": [90, 150]}
     program.write_text(
         f"""#!/usr/bin/env python3
 import sys
