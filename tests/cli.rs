@@ -180,6 +180,43 @@ fn a_mask_drawn_by_hand_replaces_the_segmentation() {
 }
 
 #[test]
+fn masks_go_to_their_photographs_in_order() {
+    let place = Place::new();
+    let out = place.out();
+    let spruce = OAK.replace("oak", "spruce");
+    let spruce_mask = OAK_MASK.replace("oak", "spruce");
+    let run = |masks: &[&str]| {
+        let masks = masks.iter().flat_map(|mask| ["--mask", mask]);
+        sphereboard(["segment", OAK, &spruce, "--out", out.to_str().unwrap()].into_iter().chain(masks))
+    };
+    assert!(run(&[OAK_MASK, &spruce_mask]).status.success());
+    let mask = |path: &Path| sphereboard::raster::Mask::from_gray(&image::open(path).unwrap().into_luma8());
+    assert!(mask(&out.join("painted_spruce.mask.png")).iou(&mask(Path::new(&spruce_mask))) > 0.97);
+    let refused = run(&[OAK_MASK]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        stderr(&refused).contains("1 masks were given for 2 photographs; give --mask once per photograph"),
+        "{}",
+        stderr(&refused)
+    );
+}
+
+#[test]
+fn two_views_of_one_tree_become_one_model() {
+    let place = Place::new();
+    let out = place.out();
+    let views = [format!("{OAK}@0"), format!("{}@90", OAK.replace("oak", "spruce"))];
+    let output = sphereboard(["model", "--detail", "low", "--out", out.to_str().unwrap(), "--views", &views[0], &views[1]]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(names_in(&out), ["painted_oak.glb", "painted_oak.json"]);
+    for wrong in ["oak.jpg", "oak.jpg@", "@90", "oak.jpg@999"] {
+        let output = sphereboard(["model", "--out", out.to_str().unwrap(), "--views", wrong]);
+        assert_eq!(output.status.code(), Some(2), "{wrong}");
+        assert!(stderr(&output).contains("--views must be PHOTO@DEG"), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn a_crown_cut_by_the_frame_is_modelled_with_a_warning() {
     let place = Place::new();
     let oak = image::open(OAK).unwrap().into_rgb8();

@@ -119,7 +119,7 @@ def test_pairs_and_their_table(tmp_path: Path):
 
 
 def test_masks_are_not_photographs(tmp_path: Path):
-    for name in ("b.JPG", "a.png", "a_mask.png", "a.mask.png", "a_crown.png", "PAIRS.csv"):
+    for name in ("b.JPG", "a.png", "a_mask.png", "a_gaps.png", "a_crown.png", "PAIRS.csv"):
         (tmp_path / name).touch()
     assert [p.name for p in photographs(tmp_path)] == ["a.png", "b.JPG"]
 

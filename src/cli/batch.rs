@@ -20,6 +20,8 @@ pub struct Job {
     pub stem: String,
     /// The photographs.
     pub photos: Vec<PathBuf>,
+    /// How many photographs of the run come before these.
+    pub before: usize,
 }
 
 /// What one job wrote.
@@ -108,7 +110,11 @@ impl Batch {
 
 /// The photographs as jobs, each named after its file.
 pub fn jobs_of<'a>(photos: impl IntoIterator<Item = &'a PathBuf>) -> Vec<Job> {
-    photos.into_iter().map(|photo| Job { stem: stem_of(photo), photos: vec![photo.clone()] }).collect()
+    photos
+        .into_iter()
+        .enumerate()
+        .map(|(before, photo)| Job { stem: stem_of(photo), photos: vec![photo.clone()], before })
+        .collect()
 }
 
 /// The file's name without its extension.

@@ -23,39 +23,74 @@ pub fn add(command: Command) -> Command {
         .arg(option("include", "X,Y", "This pixel belongs to the crown; may be repeated").action(ArgAction::Append))
         .arg(option("exclude", "X,Y", "This pixel does not belong to the crown; may be repeated").action(ArgAction::Append))
         .arg(
-            option("mask", "FILE", "A picture of the photograph's size, white where the crown is; replaces the segmentation")
-                .value_parser(value_parser!(PathBuf)),
+            option(
+                "mask",
+                "FILE",
+                "A picture of the photograph's size, white where the crown is, instead of the segmentation; once per photograph",
+            )
+            .action(ArgAction::Append)
+            .value_parser(value_parser!(PathBuf)),
         )
         .arg(option("hue", "LO..HI", "Foliage hue in degrees (0 red, 60 yellow, 120 green), low to high; She §3.1 uses 90..150"))
 }
 
-/// Whether any hint that only makes sense for one photograph was given.
-pub fn for_one_photo(matches: &ArgMatches) -> Option<&'static str> {
-    ["rect", "include", "exclude", "mask"]
-        .into_iter()
-        .find(|name| matches.contains_id(name) && matches.value_source(name).is_some())
+/// What was said about the photographs of one run.
+pub struct HintOptions {
+    /// For every photograph alike.
+    common: Hints,
+    /// None, or one per photograph in their order.
+    masks: Vec<PathBuf>,
 }
 
-/// Reads the hints.
-///
-/// # Errors
-/// [`Error::Parameter`] for text of another form; the errors of decoding for `--mask`.
-pub fn read(matches: &ArgMatches, decode: &DecodeParams) -> Result<Hints> {
-    let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
-    let points = |name: &'static str| -> Result<Vec<(u32, u32)>> {
-        let given = matches.get_many::<String>(name).unwrap_or_default();
-        given.map(|t| whole_numbers::<2>(name, t, "X,Y, two whole numbers of pixels").map(|[x, y]| (x, y))).collect()
-    };
-    Ok(Hints {
-        rect: text("rect")
-            .map(|t| whole_numbers::<4>("rect", t, "X,Y,W,H, four whole numbers of pixels"))
-            .transpose()?
-            .map(|[x, y, width, height]| Rect { x, y, width, height }),
-        include: points("include")?,
-        exclude: points("exclude")?,
-        mask: matches.get_one::<PathBuf>("mask").map(|path| crown_mask(path, decode)).transpose()?,
-        hue_deg: text("hue").map(hue_range).transpose()?,
-    })
+impl HintOptions {
+    /// Reads the options for a run over `photos` photographs.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for text of another form, [`Error::Hint`] for an impossible hue range, [`Error::Usage`] for a rectangle or a
+    /// point with several photographs, or another number of masks than of photographs.
+    pub fn read(matches: &ArgMatches, photos: usize) -> Result<Self> {
+        let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
+        let points = |name: &'static str| -> Result<Vec<(u32, u32)>> {
+            let given = matches.get_many::<String>(name).unwrap_or_default();
+            given.map(|t| whole_numbers::<2>(name, t, "X,Y, two whole numbers of pixels").map(|[x, y]| (x, y))).collect()
+        };
+        let common = Hints {
+            rect: text("rect")
+                .map(|t| whole_numbers::<4>("rect", t, "X,Y,W,H, four whole numbers of pixels"))
+                .transpose()?
+                .map(|[x, y, width, height]| Rect { x, y, width, height }),
+            include: points("include")?,
+            exclude: points("exclude")?,
+            mask: None,
+            hue_deg: text("hue").map(hue_range).transpose()?,
+        };
+        let of_one_picture = ["rect", "include", "exclude"].into_iter().find(|name| matches.contains_id(name));
+        if let Some(name) = of_one_picture.filter(|_| photos > 1) {
+            let what = format!("--{name} describes one picture, but {photos} photographs were given");
+            return Err(Error::Usage { what, remedy: "run them one at a time" });
+        }
+        let masks: Vec<PathBuf> = matches.get_many("mask").unwrap_or_default().cloned().collect();
+        if !masks.is_empty() && masks.len() != photos {
+            let what = format!("{} masks were given for {photos} photographs", masks.len());
+            return Err(Error::Usage { what, remedy: "give --mask once per photograph, in their order" });
+        }
+        Ok(Self { common, masks })
+    }
+
+    /// The hints for the photograph of that number; decodes its mask.
+    ///
+    /// # Errors
+    /// Those of decoding.
+    pub fn of(&self, photo: usize, decode: &DecodeParams) -> Result<Hints> {
+        let mask = self.masks.get(photo).map(|path| crown_mask(path, decode)).transpose()?;
+        Ok(Hints { mask, ..self.common.clone() })
+    }
+
+    /// What was given, for reports.
+    pub fn report(&self) -> serde_json::Value {
+        let Hints { rect, include, exclude, hue_deg, .. } = &self.common;
+        serde_json::json!({"rect": rect, "include": include, "exclude": exclude, "hue_deg": hue_deg, "masks": self.masks})
+    }
 }
 
 fn whole_numbers<const N: usize>(name: &str, text: &str, expected: &str) -> Result<[u32; N]> {

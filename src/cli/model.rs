@@ -9,12 +9,12 @@ use serde_json::{Value, json};
 use crate::crown::CrownParams;
 use crate::model::glb;
 use crate::model::pipeline::{self, ModelParams, ModelRun, Request, SizeParams, View};
-use crate::photo::{DecodeParams, ExemplarParams, Hints, SegmentParams, SilhouetteParams, decode};
+use crate::photo::{DecodeParams, ExemplarParams, SegmentParams, SilhouetteParams, decode};
 use crate::texture::{BakeParams, SynthParams};
 use crate::{Error, Result, Seed, files, report};
 
 use super::batch::{self, Batch, Done, Job};
-use super::segment::refuse_hints_for_many;
+use super::hints::HintOptions;
 use super::{Outcome, hints, options};
 
 /// The command's arguments.
@@ -65,9 +65,8 @@ pub fn command() -> Command {
 
 /// Runs it.
 pub fn run(matches: &ArgMatches) -> Outcome {
-    let settings = Settings::read(matches)?;
     let (jobs, azimuths_deg) = jobs(matches)?;
-    refuse_hints_for_many(matches, jobs.iter().map(|job| job.photos.len()).sum())?;
+    let settings = Settings::read(matches, jobs.iter().map(|job| job.photos.len()).sum())?;
     if let Some(folder) = &settings.debug_dir {
         files::ready_folder(folder)?;
     }
@@ -80,13 +79,13 @@ struct Settings {
     decode: DecodeParams,
     params: ModelParams,
     height_is_given: bool,
-    hints: Hints,
+    hints: HintOptions,
     seed: Seed,
     debug_dir: Option<PathBuf>,
 }
 
 impl Settings {
-    fn read(matches: &ArgMatches) -> Result<Self> {
+    fn read(matches: &ArgMatches, photos: usize) -> Result<Self> {
         let decode = options::read(matches)?;
         Ok(Self {
             params: ModelParams {
@@ -99,7 +98,7 @@ impl Settings {
                 size: options::read(matches)?,
             },
             height_is_given: matches.value_source("height_m") == Some(ValueSource::CommandLine),
-            hints: hints::read(matches, &decode)?,
+            hints: HintOptions::read(matches, photos)?,
             seed: Seed(*matches.get_one("seed").expect("clap gives the default")),
             debug_dir: matches.get_one("debug-dir").cloned(),
             batch: Batch::read(matches)?,
@@ -115,7 +114,8 @@ impl Settings {
             .enumerate()
             .map(|(i, path)| {
                 let photo = decode::decode(path, &self.decode)?;
-                Ok(View { photo, hints: self.hints.clone(), azimuth_rad: azimuths_deg.get(i).copied().unwrap_or(0.0).to_radians() })
+                let hints = self.hints.of(job.before + i, &self.decode)?;
+                Ok(View { photo, hints, azimuth_rad: azimuths_deg.get(i).copied().unwrap_or(0.0).to_radians() })
             })
             .collect::<Result<_>>()?;
         let decode_ms = started.elapsed().as_secs_f64() * 1e3;
@@ -164,7 +164,7 @@ impl Settings {
                 "decode": self.decode, "segment": self.params.segment, "silhouette": self.params.silhouette, "crown": self.params.crown,
                 "exemplar": self.params.exemplar, "texture": self.params.texture, "bake": self.params.bake, "size": self.params.size,
             },
-            "hints": {"rect": self.hints.rect, "include": self.hints.include, "exclude": self.hints.exclude, "mask": self.hints.mask.is_some(), "hue_deg": self.hints.hue_deg},
+            "hints": self.hints.report(),
             "glb_bytes": glb_bytes,
             "counts": run.counts(),
             "measures": run.measures(),
@@ -180,7 +180,7 @@ fn jobs(matches: &ArgMatches) -> Result<(Vec<Job>, Vec<f64>)> {
     };
     let (photos, azimuths): (Vec<PathBuf>, Vec<f64>) =
         views.map(|text| view(text)).collect::<Result<Vec<_>>>()?.into_iter().unzip();
-    Ok((vec![Job { stem: batch::stem_of(&photos[0]), photos }], azimuths))
+    Ok((vec![Job { stem: batch::stem_of(&photos[0]), photos, before: 0 }], azimuths))
 }
 
 fn view(text: &str) -> Result<(PathBuf, f64)> {

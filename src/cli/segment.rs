@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
 
-use crate::photo::{DecodeParams, Hints, SegmentParams, decode, segment};
+use crate::photo::{DecodeParams, SegmentParams, decode, segment};
 use crate::raster::png;
-use crate::{Error, Result, files};
+use crate::{Result, files};
 
 use super::batch::{self, Batch, Done, Job};
+use super::hints::HintOptions;
 use super::{Outcome, hints, options};
 
 /// The command's arguments.
@@ -42,8 +43,7 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let params: SegmentParams = options::read(matches)?;
     let decode_params: DecodeParams = options::read(matches)?;
     let photos: Vec<&PathBuf> = matches.get_many("photos").unwrap_or_default().collect();
-    refuse_hints_for_many(matches, photos.len())?;
-    let hints = hints::read(matches, &decode_params)?;
+    let hints = HintOptions::read(matches, photos.len())?;
     let batch = Batch::read(matches)?;
     let pixels = matches.get_flag("pixels");
     batch.run(&batch::jobs_of(photos), 1, |job, step| {
@@ -53,31 +53,21 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     })
 }
 
-/// A rectangle, a point or a mask is about one picture.
-pub fn refuse_hints_for_many(matches: &ArgMatches, photos: usize) -> Result<()> {
-    match hints::for_one_photo(matches) {
-        Some(name) if photos > 1 => Err(Error::Usage {
-            what: format!("--{name} describes one picture, but {photos} photographs were given"),
-            remedy: "run them one at a time",
-        }),
-        _ => Ok(()),
-    }
-}
-
 fn one(
     job: &Job,
     batch: &Batch,
     params: &SegmentParams,
     decode_params: &DecodeParams,
-    hints: &Hints,
+    hints: &HintOptions,
     pixels: bool,
 ) -> Result<Done> {
     let photo = decode::decode(&job.photos[0], decode_params)?;
-    let segmentation = segment::segment(&photo, params, hints)?;
+    let segmentation = segment::segment(&photo, params, &hints.of(job.before, decode_params)?)?;
     let report = json!({
         "sphereboard": env!("CARGO_PKG_VERSION"),
         "source": job.photos[0],
         "parameters": {"segment": params, "decode": decode_params},
+        "hints": hints.report(),
         "size_px": [photo.image.width(), photo.image.height()],
         "hue_deg": segmentation.hue_deg,
         "counts": {"crown_px": segmentation.crown.count(), "tree_px": segmentation.tree.count(), "gap_px": segmentation.gaps.count()},

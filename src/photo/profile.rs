@@ -13,7 +13,7 @@ const SAME_LEVELS: u8 = 1;
 pub fn convert_to_srgb(image: &mut RgbImage, icc: &[u8]) {
     let Some(transform) = transform_from(icc).filter(moves_colours) else { return };
     let row_bytes = 3 * image.width() as usize;
-    image.as_mut().par_chunks_mut(row_bytes.max(1)).for_each_init(Vec::new, |before, row| {
+    (**image).par_chunks_mut(row_bytes.max(1)).for_each_init(Vec::new, |before, row| {
         before.clear();
         before.extend_from_slice(row);
         // Fails only for buffers of unlike lengths; the row would keep its colours.
