@@ -10,12 +10,12 @@ use std::io::Cursor;
 use image::{ImageFormat, Rgb, RgbImage};
 use libfuzzer_sys::arbitrary::{self, Arbitrary};
 use libfuzzer_sys::fuzz_target;
-use sphereboard::photo::decode::{self, DecodeParams};
 use sphereboard::Seed;
 use sphereboard::crown::Detail;
 use sphereboard::model::glb;
 use sphereboard::model::pipeline::{self, ModelParams, Request, View};
 use sphereboard::params::PowerOfTwo;
+use sphereboard::photo::decode::{self, DecodeParams};
 use sphereboard::photo::segment::{Hints, Method, SegmentParams};
 
 #[derive(Arbitrary, Debug)]

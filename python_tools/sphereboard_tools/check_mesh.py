@@ -1,4 +1,4 @@
-"""Does Open3D find the crowns closed, manifold, oriented outward and without holes or handles?"""
+"""Does Open3D find crowns and trunks closed, manifold, oriented outward, without handles and without self-intersection?"""
 
 import sys
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from sphereboard_tools.images import BadInputError
 
 SPHERE_EULER = 2
 CROWN = "crown"
-"""Meshes whose name contains this are crowns; the trunk stands open on the ground and is not checked."""
+"""A file without a mesh whose name contains this is not one of ours."""
 
 
 @dataclass(frozen=True)
@@ -23,20 +23,20 @@ class Finding:
     faults: list[str]
 
 
-def check_surface(surface: Surface, *, self_intersection: bool) -> list[str]:
-    """List the faults of one closed surface; ``self_intersection`` asks for that test too."""
+def check_surface(surface: Surface) -> list[str]:
+    """List the faults of one closed surface."""
     welded = surface.welded()
     if len(welded.triangles) == 0 or not np.isfinite(welded.positions).all():
         return ["empty or not finite"]
     mesh = to_open3d(welded)
     checks = {
-        "not watertight": mesh.is_watertight() or (not self_intersection and is_closed(mesh)),
+        "not watertight": mesh.is_watertight(),
         "not edge-manifold": mesh.is_edge_manifold(allow_boundary_edges=False),
         "not vertex-manifold": mesh.is_vertex_manifold(),
         "not orientable": mesh.is_orientable(),
         "triangles that disagree on which side is outside": is_consistent(welded),
         "inside out": signed_volume(welded) > 0,
-        "intersects itself": not self_intersection or not mesh.is_self_intersecting(),
+        "intersects itself": not mesh.is_self_intersecting(),
     }
     faults = [fault for fault, good in checks.items() if not good]
     numbers = euler_numbers(mesh)
@@ -51,11 +51,6 @@ def to_open3d(surface: Surface) -> open3d.geometry.TriangleMesh:
         open3d.utility.Vector3dVector(surface.positions.astype(np.float64)),
         open3d.utility.Vector3iVector(surface.triangles.astype(np.int32)),
     )
-
-
-def is_closed(mesh: open3d.geometry.TriangleMesh) -> bool:
-    """Whether every edge joins two triangles: Open3D's "watertight" without its test of self-intersection."""
-    return bool(mesh.is_edge_manifold(allow_boundary_edges=False) and mesh.is_vertex_manifold())
 
 
 def is_consistent(surface: Surface) -> bool:
@@ -83,22 +78,22 @@ def euler_numbers(mesh: open3d.geometry.TriangleMesh) -> list[int]:
     return numbers
 
 
-def check_file(path: Path, *, self_intersection: bool) -> list[Finding]:
-    """Check every crown of a GLB file."""
-    crowns = [surface for surface in read_glb(path) if CROWN in surface.name.lower()]
-    if not crowns:
+def check_file(path: Path) -> list[Finding]:
+    """Check every mesh of a GLB file."""
+    surfaces = list(read_glb(path))
+    if not any(CROWN in surface.name.lower() for surface in surfaces):
         raise BadInputError(f"{path} has no mesh with “{CROWN}” in its name; give a file that sphereboard model wrote")
-    return [Finding(crown.name, check_surface(crown, self_intersection=self_intersection)) for crown in crowns]
+    return [Finding(surface.name, check_surface(surface)) for surface in surfaces]
 
 
-def run(files: list[Path], *, self_intersection: bool) -> bool:
+def run(files: list[Path]) -> bool:
     """Check files, print what is wrong and a closing line; True when all is well."""
-    good = crowns = 0
+    good = meshes = 0
     for path in files:
-        for finding in check_file(path, self_intersection=self_intersection):
-            crowns += 1
+        for finding in check_file(path):
+            meshes += 1
             good += not finding.faults
             for fault in finding.faults:
                 print(f"{path}: {finding.mesh}: {fault}", file=sys.stderr)
-    print(f"Open3D: {good} of {crowns} crowns in {len(files)} files are closed, manifold, outward and of genus 0")
-    return good == crowns
+    print(f"Open3D: {good} of {meshes} meshes in {len(files)} files are watertight, manifold, outward and of genus 0")
+    return good == meshes

@@ -18,12 +18,8 @@ def parser() -> argparse.ArgumentParser:
     masks.add_argument("--out", type=Path, metavar="DIR", default=Path("results/local/segmentation"), help="where tables go")
     masks.add_argument("--quick", action="store_true", help="only the agreement, not the comparison of methods")
 
-    meshes = commands.add_parser("check-mesh", help="have Open3D check the crowns of GLB files")
+    meshes = commands.add_parser("check-mesh", help="have Open3D check the meshes of GLB files")
     meshes.add_argument("files", type=Path, nargs="+", metavar="GLB")
-    meshes.add_argument(
-        "--no-self-intersection", action="store_true", help="also demand that no triangles cross (undisturbed crowns)"
-    )
-
     timing = commands.add_parser("time-hsv", help="time OpenCV's hsv steps for the benches: runs per line in, seconds out")
     timing.add_argument("picture", type=Path)
     timing.add_argument("opening_px", type=int)
@@ -42,7 +38,7 @@ def main() -> int:
         if arguments.command == "check-mesh":
             from sphereboard_tools import check_mesh
 
-            good = check_mesh.run(arguments.files, self_intersection=arguments.no_self_intersection)
+            good = check_mesh.run(arguments.files)
         elif arguments.command == "time-hsv":
             from sphereboard_tools import time_hsv
 

@@ -63,60 +63,57 @@ def write_glb(path: Path, surfaces: list[Surface]) -> Path:
 
 
 def test_a_sphere_is_sound_with_and_without_a_cut():
-    assert check_surface(sphere(), self_intersection=True) == []
-    assert check_surface(cut(sphere()), self_intersection=True) == []
-    assert check_surface(joined(sphere(), sphere(3.0)), self_intersection=True) == []
+    assert check_surface(sphere()) == []
+    assert check_surface(cut(sphere())) == []
+    assert check_surface(joined(sphere(), sphere(3.0))) == []
 
 
 def test_a_missing_triangle_is_noticed():
-    faults = check_surface(with_triangles(sphere(), sphere().triangles[1:]), self_intersection=False)
+    faults = check_surface(with_triangles(sphere(), sphere().triangles[1:]))
     assert "not watertight" in faults and any("Euler" in fault for fault in faults)
 
 
 def test_a_flipped_triangle_is_noticed():
     triangles = sphere().triangles.copy()
     triangles[7] = triangles[7][::-1]
-    assert "triangles that disagree on which side is outside" in check_surface(
-        with_triangles(sphere(), triangles), self_intersection=False
-    )
+    assert "triangles that disagree on which side is outside" in check_surface(with_triangles(sphere(), triangles))
 
 
 def test_a_surface_inside_out_is_noticed():
-    assert check_surface(with_triangles(sphere(), sphere().triangles[:, ::-1]), self_intersection=True) == ["inside out"]
+    assert check_surface(with_triangles(sphere(), sphere().triangles[:, ::-1])) == ["inside out"]
 
 
 def test_a_doubled_triangle_is_noticed():
     triangles = np.concatenate([sphere().triangles, sphere().triangles[:1]])
-    assert "not edge-manifold" in check_surface(with_triangles(sphere(), triangles), self_intersection=False)
+    assert "not edge-manifold" in check_surface(with_triangles(sphere(), triangles))
 
 
-def test_crossing_parts_are_noticed_only_when_asked():
+def test_crossing_parts_are_noticed():
     crossing = joined(sphere(), sphere(0.7))
-    assert check_surface(crossing, self_intersection=False) == []
-    assert "intersects itself" in check_surface(crossing, self_intersection=True)
+    assert "intersects itself" in check_surface(crossing)
 
 
 def test_a_torus_is_not_a_crown():
     mesh = open3d.geometry.TriangleMesh.create_torus()
     torus = Surface("crown", np.asarray(mesh.vertices, dtype=np.float32), np.asarray(mesh.triangles, dtype=np.int64))
-    assert check_surface(torus, self_intersection=True) == ["Euler numbers [0] of its connected parts instead of 2 each"]
+    assert check_surface(torus) == ["Euler numbers [0] of its connected parts instead of 2 each"]
 
 
 def test_spheres_that_touch_in_a_vertex_are_noticed():
     tip = sphere().positions[:, 2].argmax()
     other = sphere().positions * [1, 1, -1] + 2 * sphere().positions[tip]
     touching = joined(sphere(), Surface("", other.astype(np.float32), sphere().triangles[:, ::-1]))
-    assert "not vertex-manifold" in check_surface(touching, self_intersection=False)
+    assert "not vertex-manifold" in check_surface(touching)
 
 
 def test_files_are_read_and_judged(tmp_path: Path):
-    trunk = Surface("trunk", sphere().positions, sphere().triangles[3:])
+    trunk = Surface("trunk", 0.5 * sphere().positions, sphere().triangles)
     good = write_glb(tmp_path / "good.glb", [cut(sphere()), trunk])
     assert [s.name for s in read_glb(good)] == ["crown 0", "trunk"]
     assert np.array_equal(read_glb(good)[1].positions, trunk.positions)
-    assert run([good], self_intersection=True)
+    assert run([good])
     bad = write_glb(tmp_path / "bad.glb", [with_triangles(sphere(), sphere().triangles[1:])])
-    assert not run([good, bad], self_intersection=False)
+    assert not run([good, bad])
 
 
 def test_bad_files_are_named(tmp_path: Path):
@@ -124,6 +121,4 @@ def test_bad_files_are_named(tmp_path: Path):
     with pytest.raises(BadInputError, match="not a GLB file"):
         read_glb(tmp_path / "not.glb")
     with pytest.raises(BadInputError, match="no mesh with"):
-        check_file(
-            write_glb(tmp_path / "trunk.glb", [Surface("trunk", sphere().positions, sphere().triangles)]), self_intersection=False
-        )
+        check_file(write_glb(tmp_path / "trunk.glb", [Surface("trunk", sphere().positions, sphere().triangles)]))

@@ -35,7 +35,7 @@ pub fn command() -> Command {
                 .value_name("PHOTO@DEG")
                 .num_args(1..)
                 .conflicts_with("photos")
-                .help("Several photographs of one tree, each with the direction it was taken from in degrees, counter-clockwise seen from above; the first gives name, scale and texture"),
+                .help("Several photographs of one tree, each with the direction it was taken from in degrees, counter-clockwise seen from above; the first becomes the front and gives name, scale and texture"),
         )
         .arg(
             Arg::new("debug-dir")

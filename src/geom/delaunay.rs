@@ -1,4 +1,4 @@
-//! Spherical Delaunay triangulation by stereographic projection (issue "crown surface"; She §3.1, fig. 9c, leaves the method open).
+//! Spherical Delaunay triangulation by stereographic projection (She §3.1, fig. 9c, leaves the method open).
 //!
 //! Projecting the sphere from one of its own points onto a plane sends circles to circles, and circles through that point to straight
 //! lines. So the planar Delaunay triangulation of the other points, closed by a fan from the convex hull to the projection point, is

@@ -21,7 +21,7 @@ pub use trunk::TrunkShape;
 pub struct TreeModel {
     /// At least one crown.
     pub crowns: Vec<ModelCrown>,
-    /// The trunk, unless the crown hides all of it.
+    /// The trunk, as seen or a likely one; a file of other origin may have none.
     pub trunk: Option<Trunk>,
     /// Where the model came from.
     pub about: About,

@@ -48,7 +48,8 @@ pub struct View {
     pub photo: Photo,
     /// What a person said about it.
     pub hints: Hints,
-    /// Where it was taken from: 0 is the front (+Z), counter-clockwise seen from above, radians.
+    /// Where it was taken from, radians, counter-clockwise seen from above. Only differences count: the first photograph's is the front
+    /// (+Z) of the model.
     pub azimuth_rad: f64,
 }
 
@@ -103,6 +104,13 @@ pub struct Request<'a> {
     pub sources: Vec<String>,
 }
 
+impl Request<'_> {
+    /// Where a photograph was taken from, seen from the first.
+    fn azimuth_rad(&self, view: &View) -> f64 {
+        view.azimuth_rad - self.views.first().map_or(0.0, |first| first.azimuth_rad)
+    }
+}
+
 /// The stages that [`run`] announces, and the writing that follows it.
 pub const STAGES: [&str; 6] = ["segment", "silhouette", "crown", "exemplar", "texture", "write"];
 
@@ -120,7 +128,7 @@ pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
 
     let products: Vec<ViewProducts> =
         views.iter().zip(segmentations).map(|(view, masks)| ViewProducts::of(&view.photo, masks, params)).collect::<Result<_>>()?;
-    let outlines: Vec<Outline> = products.iter().zip(views).map(|(product, view)| product.outline(view.azimuth_rad)).collect();
+    let outlines: Vec<Outline> = products.iter().zip(views).map(|(product, view)| product.outline(request.azimuth_rad(view))).collect();
     clock.done(STAGES[1]);
 
     let crowns = crown::build(&outlines, &params.crown, seed)?;
@@ -190,8 +198,8 @@ impl ViewProducts {
         let silhouette = silhouette::trace(&segmentation.crown, &segmentation.tree, &params.silhouette)?;
         let trunk = trunk::find(&photo.image, &segmentation.crown, &segmentation.tree);
         let (top, bottom) = silhouette.contour.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.y), b.max(p.y)));
-        // Where no trunk shows, the crown reaches the ground.
-        let foot_px = trunk.map_or(DVec2::new(silhouette.axis.base.x, bottom), |trunk| trunk.foot_px);
+        // Where no trunk shows, the crown reaches the ground; where leaves hang lower than the trunk's foot, they touch it.
+        let foot_px = trunk.map_or(DVec2::new(silhouette.axis.base.x, bottom), |trunk| DVec2::new(trunk.foot_px.x, trunk.foot_px.y.max(bottom)));
         let metres_per_px = params.size.height_m / (foot_px.y - top).max(1.0);
         Ok(Self { segmentation, silhouette, trunk, foot_px, metres_per_px })
     }
@@ -252,7 +260,7 @@ fn warnings(request: &Request, products: &[ViewProducts]) -> Vec<Warning> {
 fn about(request: &Request, products: &[ViewProducts], exemplars: &[Exemplar]) -> About {
     let parameters = serde_json::to_value(request.params).ok().and_then(|value| value.as_object().cloned());
     let profile = |(product, view): (&ViewProducts, &View)| Profile {
-        azimuth_deg: view.azimuth_rad.to_degrees(),
+        azimuth_deg: request.azimuth_rad(view).to_degrees(),
         left_px: product.silhouette.left.clone(),
         right_px: product.silhouette.right.clone(),
     };
