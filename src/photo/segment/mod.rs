@@ -229,15 +229,16 @@ fn enlarge(set: &[bool], small: &Small, (width, height): (u32, u32)) -> Mask {
 fn complete(photo: &Photo, scene: &Scene, found: Found) -> Segmentation {
     let size = photo.image.dimensions();
     let Found { crown: bits, mut steps, hue_deg } = found;
+    let (bits, tree) = match trunk::find(&photo.image, &bits).map(|strip| strip.take_stalk(&bits)) {
+        Some((strip, crown)) => (crown.clone(), crown.or(&strip.draw(size))),
+        None => (bits.clone(), bits),
+    };
     let crown = bits.to_mask();
-    let reduced = Small::new_mask(&crown, &scene.small);
-    let trunk: Vec<bool> = trunk::with_trunk(&scene.small, &reduced).iter().zip(&reduced).map(|(t, c)| *t && !c).collect();
-    let trunk = Bits::from_mask(&enlarge(&trunk, &scene.small, size));
     let gaps = gaps(photo, scene, &bits).to_mask();
     steps.push(("crown", crown.clone()));
     steps.push(("outline", bits.outline().to_mask()));
     let warnings = warnings(&bits, size);
-    Segmentation { tree: bits.or(&trunk).to_mask(), gaps, crown, steps, hue_deg, warnings }
+    Segmentation { tree: tree.to_mask(), gaps, crown, steps, hue_deg, warnings }
 }
 
 /// The crown's pixels that have the sky's colours.
