@@ -15,7 +15,7 @@ const BLUR_ROWS: usize = 3;
 const CLEAR: f32 = 8.0;
 const CLEAREST: f32 = 26.0;
 /// Weight of rows within the crown, where leaves hide the bark.
-const IN_CROWN: f32 = 0.5;
+const IN_CROWN: f32 = 0.9;
 /// Part of the crown's height above its base in which its trunk may already show.
 const INSIDE: f32 = 0.4;
 /// Sideways steps per row that are tried: up to 17° to both sides.
@@ -25,7 +25,7 @@ const SLOPE_STEP: f32 = 0.02;
 const USUAL_WIDTH: f32 = 0.05;
 const WIDEST: f32 = 0.16;
 /// Width in trunk widths up to which the lower end of a crown is a trunk with its bark and its root flare.
-const STALK: f32 = 2.2;
+const STALK: f32 = 3.0;
 
 /// A straight trunk, pixels of the photograph.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -116,6 +116,11 @@ pub fn ridge(small: &Small, x: usize, y: usize, half: usize) -> f32 {
     flank(mean(x - 3 * half - 1, x - half)).min(flank(mean(x + half + 1, x + 3 * half + 2)))
 }
 
+/// How far a colour is from any bark's: green beyond moss or blue, as lawn, leaves and sky between two trunks are. ΔE.
+fn unlike_bark([_, a, b]: [f32; 3]) -> f32 {
+    (-a - 5.0).max(0.0) + (-b - 8.0).max(0.0)
+}
+
 /// How much `width` pixels around the middle `x` differ from both flanks: the smaller of the two colour differences.
 fn contrast(sums: &[[f32; 3]], x: usize, width: usize) -> f32 {
     let flank = width.clamp(2, 8);
@@ -127,7 +132,8 @@ fn contrast(sums: &[[f32; 3]], x: usize, width: usize) -> f32 {
     let right = left + width as i64;
     let Some(middle) = mean(left, right) else { return 0.0 };
     let differs = |side: Option<[f32; 3]>| side.map_or(0.0, |s| (0..3).map(|c| (s[c] - middle[c]).powi(2)).sum::<f32>().sqrt());
-    differs(mean(left - flank as i64, left)).min(differs(mean(right, right + flank as i64)))
+    let clear = differs(mean(left - flank as i64, left)).min(differs(mean(right, right + flank as i64)));
+    clear.min(CLEAREST) - unlike_bark(middle)
 }
 
 impl Place {
@@ -148,8 +154,8 @@ impl Place {
         let evidence: Vec<f32> = (self.rows.0..self.rows.1)
             .flat_map(|y| (0..small.width).map(move |x| (x, y)))
             .map(|(x, y)| {
-                let v = contrast(&sums[y - self.rows.0], x, width).min(CLEAREST) - CLEAR;
-                if crown[y * small.width + x] { IN_CROWN * v } else { v }
+                let v = contrast(&sums[y - self.rows.0], x, width) - CLEAR;
+                if crown[y * small.width + x] { (IN_CROWN * v).max(-0.4 * CLEAR) } else { v }
             })
             .collect();
         let reach = (0.3 * self.width).max(2.0);
