@@ -85,6 +85,23 @@ impl Bits {
         if self.words.is_empty() { [0; 4] } else { [row(0), row(self.height - 1), column(0), column(self.width - 1)] }
     }
 
+    /// First and one past the last column of each row's pixels, from the top; `None` for an empty row.
+    pub fn spans(&self) -> Vec<Option<(usize, usize)>> {
+        let span = |words: &[u64]| {
+            let first = words.iter().position(|&w| w != 0)?;
+            let last = words.iter().rposition(|&w| w != 0)?;
+            Some((64 * first + words[first].trailing_zeros() as usize, 64 * last + 64 - words[last].leading_zeros() as usize))
+        };
+        (0..self.height).map(|y| span(self.row(y))).collect()
+    }
+
+    /// The pixels above row `end`.
+    pub fn above(&self, end: usize) -> Self {
+        let mut out = self.clone();
+        out.words[(end.min(self.height)) * self.stride..].fill(0);
+        out
+    }
+
     /// Opening with a disc: what is narrower than the disc goes.
     pub fn open(&self, radius_px: u32) -> Self {
         self.erode(radius_px).dilate(radius_px)

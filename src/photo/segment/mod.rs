@@ -15,6 +15,7 @@ mod bits;
 mod ellipse;
 pub mod features;
 mod foliage;
+mod gaps;
 mod hsv;
 pub mod model;
 mod palette;
@@ -229,27 +230,16 @@ fn enlarge(set: &[bool], small: &Small, (width, height): (u32, u32)) -> Mask {
 fn complete(photo: &Photo, scene: &Scene, found: Found) -> Segmentation {
     let size = photo.image.dimensions();
     let Found { crown: bits, mut steps, hue_deg } = found;
+    let (bits, tree) = match trunk::find(&photo.image, &bits).map(|strip| strip.take_stalk(&bits)) {
+        Some((strip, crown)) => (crown.clone(), crown.or(&strip.draw(size))),
+        None => (bits.clone(), bits),
+    };
     let crown = bits.to_mask();
-    let reduced = Small::new_mask(&crown, &scene.small);
-    let trunk: Vec<bool> = trunk::with_trunk(&scene.small, &reduced).iter().zip(&reduced).map(|(t, c)| *t && !c).collect();
-    let trunk = Bits::from_mask(&enlarge(&trunk, &scene.small, size));
-    let gaps = gaps(photo, scene, &bits).to_mask();
+    let gaps = gaps::find(&photo.image, scene, &bits).to_mask();
     steps.push(("crown", crown.clone()));
     steps.push(("outline", bits.outline().to_mask()));
     let warnings = warnings(&bits, size);
-    Segmentation { tree: bits.or(&trunk).to_mask(), gaps, crown, steps, hue_deg, warnings }
-}
-
-/// The crown's pixels that have the sky's colours.
-fn gaps(photo: &Photo, scene: &Scene, crown: &Bits) -> Bits {
-    let (width, raw, sky) = (photo.image.width() as usize, photo.image.as_raw(), scene.sky.colours());
-    let like = Bits::from_rows(width, photo.image.height() as usize, |y, row| {
-        for (x, p) in raw[3 * y * width..3 * (y + 1) * width].chunks_exact(3).enumerate() {
-            let colour = usize::from(p[0] >> 3) << 10 | usize::from(p[1] >> 3) << 5 | usize::from(p[2] >> 3);
-            row[x / 64] |= u64::from(sky[colour]) << (x % 64);
-        }
-    });
-    like.and(crown)
+    Segmentation { tree: tree.to_mask(), gaps, crown, steps, hue_deg, warnings }
 }
 
 /// What the crown's place and size should tell the user.

@@ -25,10 +25,15 @@ pub struct Small {
 }
 
 impl Small {
-    /// Reduces by averaging boxes; a photograph smaller than the target keeps its size.
+    /// Reduces to the size at which crowns are found.
     pub fn new(image: &RgbImage) -> Self {
+        Self::with_long_side(image, LONG_SIDE_PX)
+    }
+
+    /// Reduces by averaging boxes; a photograph smaller than the target keeps its size.
+    pub fn with_long_side(image: &RgbImage, long_side_px: u32) -> Self {
         let (full_width, full_height) = (image.width() as usize, image.height() as usize);
-        let shrink = (f64::from(LONG_SIDE_PX) / full_width.max(full_height) as f64).min(1.0);
+        let shrink = (f64::from(long_side_px) / full_width.max(full_height) as f64).min(1.0);
         let size = |full: usize| ((full as f64 * shrink).round() as usize).max(1);
         let (width, height) = (size(full_width), size(full_height));
         let raw = image.as_raw();
@@ -46,7 +51,7 @@ impl Small {
             sums.into_iter().enumerate().map(|(x, s)| s.map(|v| v as f32 / area(x))).collect::<Vec<_>>()
         });
         let rgb: Vec<[f32; 3]> = rows.flatten_iter().collect();
-        let lab = rgb.iter().map(|&c| lab(c)).collect();
+        let lab = rgb.par_iter().map(|&c| lab(c)).collect();
         Self { width, height, rgb, lab }
     }
 

@@ -1,38 +1,104 @@
-//! The trunk below the crown: the darkest or brightest narrow column that leads from the crown's base down to the ground.
+//! The trunk below the crown (ours: She models it by hand): the straight, nearly upright strip from the crown's base to the ground whose
+//! colour differs most from what is left and right of it. Pixels, y down.
 
+use image::RgbImage;
+use rayon::prelude::*;
+
+use super::bits::Bits;
 use super::small::Small;
 
-/// Adds the visible trunk to the crown, in the reduced photograph; nothing when no column stands out.
-pub fn with_trunk(small: &Small, crown: &[bool]) -> Vec<bool> {
-    let mut tree = crown.to_vec();
-    let Some((left, right, bottom)) = extent(small, crown) else { return tree };
-    let crown_width = right - left + 1;
-    let widths = (1..=(crown_width / 14).max(2)).collect::<Vec<_>>();
-    let best = widths
-        .into_iter()
-        .filter_map(|half| column(small, crown, (left, right, bottom), half))
-        .max_by(|a, b| a.score.total_cmp(&b.score));
-    let Some(column) = best else { return tree };
-    for &(x, y) in &column.path {
-        for px in x.saturating_sub(column.half)..=(x + column.half).min(small.width - 1) {
-            tree[y * small.width + px] = true;
-        }
-    }
-    tree
+/// Long side of the picture in which the trunk is looked for: a slender trunk is still some pixels wide.
+const LONG_SIDE_PX: u32 = 512;
+/// Rows above and below that are averaged before colours are compared: bark goes on downwards, leaves and grass do not.
+const BLUR_ROWS: usize = 3;
+/// Colour difference (ΔE) to both sides from which a row speaks for a trunk, and the most that counts.
+const CLEAR: f32 = 8.0;
+const CLEAREST: f32 = 26.0;
+/// Weight of rows within the crown, where leaves hide the bark.
+const IN_CROWN: f32 = 0.9;
+/// Part of the crown's height above its base in which its trunk may already show.
+const INSIDE: f32 = 0.4;
+/// Sideways steps per row that are tried: up to 17° to both sides.
+const SLOPES: std::ops::RangeInclusive<i32> = -15..=15;
+const SLOPE_STEP: f32 = 0.02;
+/// Usual width of a trunk in crown widths, and the widest.
+const USUAL_WIDTH: f32 = 0.05;
+const WIDEST: f32 = 0.16;
+/// Width in trunk widths up to which the lower end of a crown is a trunk with its bark and its root flare.
+const STALK: f32 = 3.0;
+
+/// A straight trunk, pixels of the photograph.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strip {
+    /// Middle of its upper end.
+    top: [f32; 2],
+    /// Middle of its foot.
+    foot: [f32; 2],
+    width: f32,
 }
 
-/// Leftmost and rightmost column and lowest row of the crown.
-fn extent(small: &Small, crown: &[bool]) -> Option<(usize, usize, usize)> {
-    let columns = || (0..small.count()).filter(|&i| crown[i]).map(|i| i % small.width);
-    let bottom = (0..small.count()).rev().find(|&i| crown[i])? / small.width;
-    Some((columns().min()?, columns().max()?, bottom))
+/// The trunk below a crown; `None` when no strip stands out.
+pub fn find(image: &RgbImage, crown: &Bits) -> Option<Strip> {
+    let small = Small::with_long_side(image, LONG_SIDE_PX);
+    let inside = Small::new_mask(&crown.to_mask(), &small);
+    let place = Place::of(&small, &inside)?;
+    let sums = row_sums(&small, place.rows.0);
+    let widest = ((place.width * WIDEST) as usize).max(3);
+    let mut widths: Vec<usize> = (0..12).map(|i| (2.0 * (widest as f32 / 2.0).powf(i as f32 / 11.0)).round() as usize).collect();
+    widths.dedup();
+    let best = widths.par_iter().filter_map(|&w| place.best_line(&small, &inside, &sums, w)).collect::<Vec<_>>();
+    let line = best.into_iter().max_by(|a, b| a.score.total_cmp(&b.score))?;
+    let scale = image.width() as f32 / small.width as f32;
+    let at = |y: usize| [(line.x_at(place.anchor, y) + 0.5) * scale, y as f32 * scale];
+    Some(Strip { top: at(line.top), foot: at(line.foot + 1), width: line.width as f32 * scale })
 }
 
-/// A way down: middle columns row by row.
-struct Column {
-    half: usize,
+/// Where a trunk is looked for in the reduced picture.
+struct Place {
+    /// The crown's median column, and its width.
+    axis: f32,
+    width: f32,
+    /// First and one past the last row.
+    rows: (usize, usize),
+    /// The crown's lowest row.
+    anchor: usize,
+    crown_height: f32,
+}
+
+/// A candidate.
+#[derive(Debug, Clone, Copy)]
+struct Line {
+    /// Middle at the anchor row, and sideways pixels per row.
+    x: f32,
+    slope: f32,
+    width: usize,
+    top: usize,
+    foot: usize,
     score: f32,
-    path: Vec<(usize, usize)>,
+}
+
+impl Line {
+    fn x_at(&self, anchor: usize, y: usize) -> f32 {
+        self.x + self.slope * (y as f32 - anchor as f32)
+    }
+}
+
+/// Sums of L*a*b* along each row, from the row `first` on, averaged over neighbouring rows; one more column than the picture.
+fn row_sums(small: &Small, first: usize) -> Vec<Vec<[f32; 3]>> {
+    (first..small.height)
+        .into_par_iter()
+        .map(|y| {
+            let (top, bottom) = (y.saturating_sub(BLUR_ROWS).max(first), (y + BLUR_ROWS + 1).min(small.height));
+            let mut sums = vec![[0.0f32; 3]; small.width + 1];
+            for x in 0..small.width {
+                for c in 0..3 {
+                    let mean = (top..bottom).map(|v| small.lab[v * small.width + x][c]).sum::<f32>() / (bottom - top) as f32;
+                    sums[x + 1][c] = sums[x][c] + mean;
+                }
+            }
+            sums
+        })
+        .collect()
 }
 
 /// How much a column of `2 half + 1` pixels differs from both its flanks at a row: the smaller of the two colour differences.
@@ -50,43 +116,121 @@ pub fn ridge(small: &Small, x: usize, y: usize, half: usize) -> f32 {
     flank(mean(x - 3 * half - 1, x - half)).min(flank(mean(x + half + 1, x + 3 * half + 2)))
 }
 
-/// The best way down from the crown for one width: a seam by dynamic programming, cut at its foot.
-fn column(small: &Small, crown: &[bool], (left, right, bottom): (usize, usize, usize), half: usize) -> Option<Column> {
-    /// Colour difference (ΔE) that a trunk shows to both sides.
-    const CLEAR: f32 = 9.0;
-    let third = (right - left) / 3;
-    let (from, to) = (left + third, (right - third).max(left + third) + 1);
-    let top = (0..=bottom).rev().find(|&y| (from..to).any(|x| crown[y * small.width + x]))?;
-    let rows = small.height - top - 1;
-    // Best sum of clearness over a seam that started under the crown and ends here.
-    let mut sums = vec![0.0f32; to - from];
-    let mut steps: Vec<Vec<i8>> = Vec::new();
-    let mut best: (f32, usize, usize) = (0.0, 0, 0);
-    for y in top + 1..top + 1 + rows {
-        let mut next = vec![0.0; to - from];
-        let mut step = vec![0i8; to - from];
-        for x in 0..to - from {
-            let lower = |dx: i8| (x as i64 + i64::from(dx)).try_into().ok().and_then(|i: usize| sums.get(i)).copied();
-            let (value, dx) = [0i8, -1, 1]
-                .into_iter()
-                .filter_map(|dx| Some((lower(dx)? - 0.5 * f32::from(dx.abs()), dx)))
-                .fold((f32::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a });
-            let already = crown[y * small.width + x + from];
-            next[x] = value + if already { 0.0 } else { (ridge(small, x + from, y, half) - CLEAR).clamp(-CLEAR, CLEAR) };
-            step[x] = dx;
-            if next[x] > best.0 {
-                best = (next[x], x, y);
+/// How far a colour is from any bark's: green beyond moss or blue, as lawn, leaves and sky between two trunks are. ΔE.
+fn unlike_bark([_, a, b]: [f32; 3]) -> f32 {
+    (-a - 5.0).max(0.0) + (-b - 8.0).max(0.0)
+}
+
+/// How much `width` pixels around the middle `x` differ from both flanks: the smaller of the two colour differences.
+fn contrast(sums: &[[f32; 3]], x: usize, width: usize) -> f32 {
+    let flank = width.clamp(2, 8);
+    let left = x as i64 - (width / 2) as i64;
+    let mean = |from: i64, to: i64| -> Option<[f32; 3]> {
+        let (a, b) = (sums.get(usize::try_from(from).ok()?)?, sums.get(usize::try_from(to).ok()?)?);
+        Some([0, 1, 2].map(|c| (b[c] - a[c]) / (to - from) as f32))
+    };
+    let right = left + width as i64;
+    let Some(middle) = mean(left, right) else { return 0.0 };
+    let differs = |side: Option<[f32; 3]>| side.map_or(0.0, |s| (0..3).map(|c| (s[c] - middle[c]).powi(2)).sum::<f32>().sqrt());
+    let clear = differs(mean(left - flank as i64, left)).min(differs(mean(right, right + flank as i64)));
+    clear.min(CLEAREST) - unlike_bark(middle)
+}
+
+impl Place {
+    fn of(small: &Small, crown: &[bool]) -> Option<Self> {
+        let mut columns: Vec<usize> = (0..small.count()).filter(|&i| crown[i]).map(|i| i % small.width).collect();
+        let top = crown.iter().position(|&c| c)? / small.width;
+        let anchor = crown.iter().rposition(|&c| c)? / small.width;
+        columns.sort_unstable();
+        // Single twigs do not make a crown wider.
+        let at = |q: f32| columns[((columns.len() - 1) as f32 * q) as usize] as f32;
+        let crown_height = (anchor - top + 1) as f32;
+        let first = anchor - (INSIDE * crown_height) as usize;
+        Some(Self { axis: at(0.5), width: at(0.98) - at(0.02) + 1.0, rows: (first, small.height), anchor, crown_height })
+    }
+
+    /// The best strip of one width.
+    fn best_line(&self, small: &Small, crown: &[bool], sums: &[Vec<[f32; 3]>], width: usize) -> Option<Line> {
+        let evidence: Vec<f32> = (self.rows.0..self.rows.1)
+            .flat_map(|y| (0..small.width).map(move |x| (x, y)))
+            .map(|(x, y)| {
+                let v = contrast(&sums[y - self.rows.0], x, width) - CLEAR;
+                if crown[y * small.width + x] { (IN_CROWN * v).max(-0.4 * CLEAR) } else { v }
+            })
+            .collect();
+        let reach = (0.3 * self.width).max(2.0);
+        let (from, to) = ((self.axis - reach).max(0.0) as usize, ((self.axis + reach) as usize).min(small.width - 1));
+        let lines = SLOPES.flat_map(|s| (from..=to).map(move |x| (s as f32 * SLOPE_STEP, x as f32)));
+        let scored = lines
+            .filter_map(|(slope, x)| self.score(small, crown, &evidence, Line { x, slope, width, top: 0, foot: 0, score: 0.0 }));
+        scored.max_by(|a, b| a.score.total_cmp(&b.score))
+    }
+
+    /// Where the line's evidence begins and ends, and its sum times how usual such a trunk is.
+    fn score(&self, small: &Small, crown: &[bool], evidence: &[f32], line: Line) -> Option<Line> {
+        let (mut sum, mut top) = (0.0f32, self.rows.0);
+        let mut best = line;
+        for y in self.rows.0..self.rows.1 {
+            let x = line.x_at(self.anchor, y).round();
+            if x < 0.0 || x >= small.width as f32 {
+                break;
+            }
+            let inside = crown[y * small.width + x as usize];
+            sum += evidence[(y - self.rows.0) * small.width + x as usize];
+            if sum <= 0.0 && inside {
+                (sum, top) = (0.0, y);
+            }
+            if sum > best.score {
+                best = Line { score: sum, top, foot: y, ..line };
+            }
+            if sum < best.score - 12.0 * CLEAR {
+                break;
             }
         }
-        sums = next;
-        steps.push(step);
+        if best.score <= 0.0 {
+            return None;
+        }
+        let near = |d: f32, usual: f32| 1.0 / (1.0 + (d / usual).powi(2));
+        let foot = line.x_at(self.anchor, best.foot);
+        let prior = near((foot - self.axis) / self.width, 0.2)
+            * near(line.slope, 0.15)
+            * near((line.width as f32 / self.width / USUAL_WIDTH).ln(), 1.2);
+        best.score *= prior;
+        (best.score > 0.6 * CLEAR * 0.04 * self.crown_height).then_some(best)
     }
-    let (score, mut x, foot) = best;
-    let mut path = Vec::new();
-    for y in (top + 1..=foot).rev() {
-        path.push((x + from, y));
-        x = (x as i64 + i64::from(steps[y - top - 1][x])).clamp(0, (to - from) as i64 - 1) as usize;
+}
+
+impl Strip {
+    fn x_at(&self, y: f32) -> f32 {
+        let t = (y - self.top[1]) / (self.foot[1] - self.top[1]).max(1.0);
+        self.top[0] + t * (self.foot[0] - self.top[0])
     }
-    // Shorter than wide is a stain, not a trunk.
-    (path.len() > 2 * (2 * half + 1)).then_some(Column { half, score: score * (half as f32).sqrt(), path })
+
+    /// The strip as pixels of a picture.
+    pub fn draw(&self, (width, height): (u32, u32)) -> Bits {
+        Bits::from_rows(width as usize, height as usize, |y, row| {
+            let y = y as f32 + 0.5;
+            if y < self.top[1] || y >= self.foot[1] {
+                return;
+            }
+            let edge = |side: f32| (self.x_at(y) + 0.5 * side * self.width).round().clamp(0.0, width as f32) as usize;
+            (edge(-1.0)..edge(1.0)).for_each(|x| row[x / 64] |= 1 << (x % 64));
+        })
+    }
+
+    /// Gives the bare stalk at the crown's lower end to the trunk: rows in which the crown is hardly wider than this strip.
+    pub fn take_stalk(self, crown: &Bits) -> (Self, Bits) {
+        let spans = crown.spans();
+        let is_stalk = |y: usize| {
+            let (x, widest) = (self.x_at(y as f32 + 0.5), STALK * self.width);
+            let slim = |(a, b): (usize, usize)| (b - a) as f32 <= widest && a as f32 <= x && x <= b as f32;
+            y as f32 >= self.top[1] && spans[y].is_some_and(slim)
+        };
+        let Some(bottom) = spans.iter().rposition(Option::is_some) else { return (self, crown.clone()) };
+        let Some(end) = (0..=bottom).rev().find(|&y| !is_stalk(y)).map(|y| y + 1).filter(|&end| end <= bottom) else {
+            return (self, crown.clone());
+        };
+        let foot_y = self.foot[1].max(bottom as f32 + 1.0);
+        (Self { foot: [self.x_at(foot_y), foot_y], ..self }, crown.above(end).largest_component())
+    }
 }

@@ -1,0 +1,164 @@
+//! Sky seen through the crown (She fig. 5 shows such gaps; telling them from leaves is ours). Each pixel of the crown is a mixture of the
+//! foliage and the sky around it; its sky share is measured in the colour direction in which foliage varies least, as in Bayesian
+//! matting (Chuang et al. 2001): bright leaves are no sky, and a few blue pixels are.
+
+use glam::{Mat3, Vec3};
+use image::RgbImage;
+
+use super::bits::Bits;
+use super::features::Scene;
+use super::small::Small;
+
+/// Sky share from which a pixel is a gap.
+const GAP_SHARE: f32 = 0.4;
+/// Standard deviations of foliage by which a gap differs from it at least: one leaf in a hundred does by chance.
+const UNLIKE_LEAVES: f32 = 2.4;
+/// Deviation of foliage colours, 8-bit levels, that is always assumed: noise and compression.
+const NOISE: f32 = 9.0;
+/// Pixels of a side of the photograph that are looked at for statistics.
+const SAMPLES: usize = 1000;
+
+/// The crown's pixels that show mostly sky; none where no sky stands beside or above the crown.
+pub fn find(image: &RgbImage, scene: &Scene, crown: &Bits) -> Bits {
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let none = || Bits::from_rows(width, height, |_, _| ());
+    let small = &scene.small;
+    let inside = Small::new_mask(&crown.to_mask(), small);
+    let Some(sky) = sky_field(scene, &inside) else { return none() };
+    let chances = chances(scene, &inside);
+    let sky_colours = scene.sky.colours();
+    let mut is_sky = |p: [u8; 3], _: usize| sky_colours[usize::from(p[0] >> 3) << 10 | usize::from(p[1] >> 3) << 5 | usize::from(p[2] >> 3)];
+    let Some(first) = Leaves::of(image, small, &inside, &mut is_sky) else { return none() };
+    let first = Cells::new(&first, &sky, &chances);
+    // Once more with what is now known: mixed pixels would count as leaves of strange colours.
+    let mut is_mixed = |p: [u8; 3], cell: usize| first.share(cell, p) > 0.5 * first.enough[cell].min(1.0);
+    let Some(leaves) = Leaves::of(image, small, &inside, &mut is_mixed) else { return none() };
+    let cells = Cells::new(&leaves, &sky, &chances);
+    let columns: Vec<usize> = (0..width).map(|x| x * small.width / width).collect();
+    let raw = image.as_raw();
+    Bits::from_rows(width, height, |y, row| {
+        let from = y * small.height / height * small.width;
+        for (x, p) in raw[3 * y * width..3 * (y + 1) * width].chunks_exact(3).enumerate() {
+            let cell = from + columns[x];
+            row[x / 64] |= u64::from(cells.share(cell, [p[0], p[1], p[2]]) > cells.enough[cell]) << (x % 64);
+        }
+    })
+    .and(crown)
+}
+
+fn vec3(p: [u8; 3]) -> Vec3 {
+    Vec3::from(p.map(f32::from))
+}
+
+/// The colours of foliage: its local mean, and how it varies.
+struct Leaves {
+    mean: Vec<Vec3>,
+    covariance: Mat3,
+}
+
+impl Leaves {
+    /// From the crown's pixels that are not `other`; `None` when there are none.
+    fn of(image: &RgbImage, small: &Small, crown: &[bool], other: &mut dyn FnMut([u8; 3], usize) -> bool) -> Option<Self> {
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        let step = (width.max(height) / SAMPLES).max(1);
+        let mut sums = vec![(Vec3::ZERO, 0.0f32); small.count()];
+        let mut samples = Vec::new();
+        for y in (0..height).step_by(step) {
+            for x in (0..width).step_by(step) {
+                let cell = y * small.height / height * small.width + x * small.width / width;
+                let p = image.get_pixel(x as u32, y as u32).0;
+                if crown[cell] && !other(p, cell) {
+                    sums[cell].0 += vec3(p);
+                    sums[cell].1 += 1.0;
+                    samples.push((cell, vec3(p)));
+                }
+            }
+        }
+        let mean = smooth(small, &sums)?;
+        let mut covariance = Mat3::ZERO;
+        for (cell, p) in &samples {
+            let d = *p - mean[*cell];
+            covariance += Mat3::from_cols(d * d.x, d * d.y, d * d.z);
+        }
+        let covariance = covariance * (1.0 / samples.len() as f32) + Mat3::from_diagonal(Vec3::splat(NOISE * NOISE));
+        Some(Self { mean, covariance })
+    }
+}
+
+/// The sky's colour around every cell; `None` without sky.
+fn sky_field(scene: &Scene, crown: &[bool]) -> Option<Vec<Vec3>> {
+    let of = |i: usize| match scene.sky.grown[i] && !crown[i] && scene.sky.likeness[i] > 0.5 {
+        true => (Vec3::from(scene.small.rgb[i]), 1.0),
+        false => (Vec3::ZERO, 0.0),
+    };
+    smooth(&scene.small, &(0..scene.small.count()).map(of).collect::<Vec<_>>())
+}
+
+/// Local weighted means: of a small window where it holds enough, else of larger ones; `None` without any weight.
+fn smooth(small: &Small, sums: &[(Vec3, f32)]) -> Option<Vec<Vec3>> {
+    let total = sums.iter().fold((Vec3::ZERO, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    if total.1 <= 0.0 {
+        return None;
+    }
+    let overall = total.0 / total.1;
+    let plane = |f: &dyn Fn(&(Vec3, f32)) -> f32| sums.iter().map(f).collect::<Vec<f32>>();
+    let planes = [plane(&|s| s.0.x), plane(&|s| s.0.y), plane(&|s| s.0.z), plane(&|s| s.1)];
+    let mut out = vec![overall; sums.len()];
+    // Large windows first; each smaller one overrules in proportion to what it holds.
+    for radius in [48, 16, 6] {
+        let mean = planes.each_ref().map(|p| small.mean(p, radius));
+        for (i, value) in out.iter_mut().enumerate() {
+            let weight = mean[3][i].max(0.0);
+            let prior = 0.05 * total.1 / sums.len() as f32 + 1e-6;
+            *value = (Vec3::new(mean[0][i], mean[1][i], mean[2][i]) + prior * *value) / (weight + prior);
+        }
+    }
+    Some(out)
+}
+
+/// For each row, how much of what stands beside the crown is sky, 0..1, rows above counting where the crown fills the row.
+fn chances(scene: &Scene, crown: &[bool]) -> Vec<f32> {
+    let (w, h) = (scene.small.width, scene.small.height);
+    let mut chance = 1.0f32;
+    let few = 0.04 * w as f32;
+    (0..h)
+        .map(|y| {
+            let outside = (y * w..(y + 1) * w).filter(|&i| !crown[i]);
+            let (sky, all) = outside.fold((0.0, 0.0), |(s, n), i| (s + f32::from(u8::from(scene.sky.grown[i])), n + 1.0));
+            chance = (sky + few * chance) / (all + few);
+            chance
+        })
+        .collect()
+}
+
+/// What decides in each cell of the reduced photograph.
+struct Cells {
+    /// Sky share of a colour p: `direction · p - offset`.
+    direction: Vec<Vec3>,
+    offset: Vec<f32>,
+    /// Share that makes a gap.
+    enough: Vec<f32>,
+}
+
+impl Cells {
+    fn new(leaves: &Leaves, sky: &[Vec3], chances: &[f32]) -> Self {
+        let inverse = leaves.covariance.inverse();
+        let width = sky.len() / chances.len().max(1);
+        let (mut direction, mut offset, mut enough) = (Vec::new(), Vec::new(), Vec::new());
+        for (i, (&leaf, &sky)) in leaves.mean.iter().zip(sky).enumerate() {
+            let apart = sky - leaf;
+            let along = inverse * apart;
+            let squared = apart.dot(along).max(1e-6);
+            direction.push(along / squared);
+            offset.push(along.dot(leaf) / squared);
+            let chance = chances[i / width.max(1)];
+            let noise = UNLIKE_LEAVES / squared.sqrt();
+            enough.push(if chance < 0.05 { f32::INFINITY } else { noise.max(GAP_SHARE) + 0.4 * (1.0 - chance).powi(2) });
+        }
+        Self { direction, offset, enough }
+    }
+
+    fn share(&self, cell: usize, p: [u8; 3]) -> f32 {
+        self.direction[cell].dot(vec3(p)) - self.offset[cell]
+    }
+}
