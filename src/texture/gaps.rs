@@ -14,7 +14,7 @@ const CUTOFF: f32 = 0.5;
 
 /// Radii of the low-passes whose difference tells how dark a place is against its surroundings, texels: gaps are blobs of the smaller size.
 const BLOB: usize = 1;
-const SURROUNDINGS: usize = 8;
+const SURROUNDINGS: usize = 40;
 
 /// The part of the covered texels that are gaps.
 pub(super) fn share(shaded: &[Option<Shaded>]) -> f64 {
