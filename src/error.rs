@@ -36,7 +36,7 @@ pub enum Error {
         cause: std::io::Error,
     },
     /// A file that could not be written. Nothing is left behind.
-    #[error("cannot write {path}: {cause}; check free space and permissions, or give another --out")]
+    #[error("cannot write {path}: {cause}; check free space and permissions, or choose another folder")]
     Write {
         /// The file.
         path: PathBuf,
@@ -61,7 +61,29 @@ pub enum Error {
         /// What to do instead.
         remedy: &'static str,
     },
+    /// A result that would replace what it is made from.
+    #[error("{input} is read as a photograph or a mask and would be overwritten by a result; choose another folder or rename it")]
+    OverwritesInput {
+        /// The file.
+        input: PathBuf,
+    },
+    /// What is wrong with the file that an option names.
+    #[error("{flag}: {cause}")]
+    InOption {
+        /// The option as the command line spells it.
+        flag: &'static str,
+        /// What is wrong.
+        cause: Box<Error>,
+    },
     // ---- Reading the photograph: files.rs, photo/decode.rs ----
+    /// What is wrong with the contents of a file.
+    #[error("{path}: {cause}")]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        cause: Box<Error>,
+    },
     /// A path that names nothing.
     #[error("there is no file {path}; check the spelling and the folder")]
     NoSuchFile {

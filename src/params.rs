@@ -67,6 +67,12 @@ impl ParamSpec {
     pub fn flag(&self) -> String {
         self.name.replace('_', "-")
     }
+
+    /// A value or a range with the unit behind it: `8 px`, `5 to 80°`, `0 to 1`.
+    pub fn with_unit(&self, text: &str) -> String {
+        let space = if matches!(self.unit, "" | "°") { "" } else { " " };
+        format!("{text}{space}{}", self.unit)
+    }
 }
 
 /// A stage's parameters, as a table that can be walked, set by name and checked.
@@ -150,7 +156,7 @@ pub fn set_field<T: ParamValue>(field: &mut T, spec: &ParamSpec, value: &str) ->
             *field = v;
             Ok(())
         }
-        None => Err(refusal(spec, value.to_owned())),
+        None => Err(refusal(spec, if value.is_empty() { "empty".to_owned() } else { value.to_owned() })),
     }
 }
 
@@ -160,8 +166,7 @@ pub fn check_field<T: ParamValue>(field: &T, spec: &ParamSpec) -> Result<()> {
 }
 
 fn refusal(spec: &ParamSpec, found: String) -> Error {
-    let unit = if spec.unit.is_empty() { String::new() } else { format!(" {}", spec.unit) };
-    Error::Parameter { name: format!("--{}", spec.flag()), expected: format!("{}{unit}", spec.kind.range()), found }
+    Error::Parameter { name: format!("--{}", spec.flag()), expected: spec.with_unit(&spec.kind.range()), found }
 }
 
 /// Declares a stage's parameter struct and implements [`ParamSet`] for it.

@@ -46,7 +46,7 @@ fn noise(side: u32, gaps: bool) -> RgbaImage {
 }
 
 fn about() -> About {
-    let parameters = serde_json::json!({"turning": 0.1 + 0.2, "detail": "medium", "tiny": 1e-300});
+    let parameters = serde_json::json!({"outline_tolerance": 0.1 + 0.2, "detail": "medium", "tiny": 1e-300});
     About {
         format: About::FORMAT,
         program: About::this_program(),

@@ -9,12 +9,15 @@ use crate::photo::{DecodeParams, Hints};
 use crate::raster::Rect;
 use crate::{Error, Result};
 
+use super::batch::texts_of;
+
 /// Adds the options.
 pub fn add(command: Command) -> Command {
     let option = |name: &'static str, value: &'static str, help: &'static str| {
         Arg::new(name)
             .long(name)
             .value_name(value)
+            .allow_hyphen_values(true)
             .help(help)
             .help_heading("Manual help with the segmentation (pixels of the upright photograph)")
     };
@@ -29,6 +32,7 @@ pub fn add(command: Command) -> Command {
                 "A picture of the photograph's size, white where the crown is, instead of the segmentation; once per photograph",
             )
             .action(ArgAction::Append)
+            .allow_hyphen_values(false)
             .value_parser(value_parser!(PathBuf)),
         )
         .arg(option("hue", "LO..HI", "Foliage hue in degrees (0 red, 60 yellow, 120 green), low to high; She §3.1 uses 90..150"))
@@ -46,21 +50,25 @@ impl HintOptions {
     /// Reads the options for a run over `photos` photographs.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for text of another form, [`Error::Hint`] for an impossible hue range, [`Error::Usage`] for a rectangle or a
-    /// point with several photographs, or another number of masks than of photographs.
+    /// [`Error::Hint`] for text of another form or an impossible hue range, [`Error::Usage`] for a rectangle or a point with several
+    /// photographs, or another number of masks than of photographs.
     pub fn read(matches: &ArgMatches, photos: usize) -> Result<Self> {
         let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
-        let points = |name: &'static str| -> Result<Vec<(u32, u32)>> {
+        let points = |name: &'static str, flag: &'static str| -> Result<Vec<(u32, u32)>> {
             let given = matches.get_many::<String>(name).unwrap_or_default();
-            given.map(|t| whole_numbers::<2>(name, t, "X,Y, two whole numbers of pixels").map(|[x, y]| (x, y))).collect()
+            given
+                .map(|t| {
+                    whole_numbers::<2>(flag, t, "X,Y, two whole numbers of pixels from the top left corner").map(|[x, y]| (x, y))
+                })
+                .collect()
         };
         let common = Hints {
             rect: text("rect")
-                .map(|t| whole_numbers::<4>("rect", t, "X,Y,W,H, four whole numbers of pixels"))
+                .map(|t| whole_numbers::<4>("--rect", t, "X,Y,W,H, four whole numbers of pixels"))
                 .transpose()?
                 .map(|[x, y, width, height]| Rect { x, y, width, height }),
-            include: points("include")?,
-            exclude: points("exclude")?,
+            include: points("include", "--include")?,
+            exclude: points("exclude", "--exclude")?,
             mask: None,
             hue_deg: text("hue").map(hue_range).transpose()?,
         };
@@ -71,7 +79,8 @@ impl HintOptions {
         }
         let masks: Vec<PathBuf> = matches.get_many("mask").unwrap_or_default().cloned().collect();
         if !masks.is_empty() && masks.len() != photos {
-            let what = format!("{} masks were given for {photos} photographs", masks.len());
+            let given = if masks.len() == 1 { "1 mask was".to_owned() } else { format!("{} masks were", masks.len()) };
+            let what = format!("{given} given for {photos} photograph{}", if photos == 1 { "" } else { "s" });
             return Err(Error::Usage { what, remedy: "give --mask once per photograph, in their order" });
         }
         Ok(Self { common, masks })
@@ -80,38 +89,44 @@ impl HintOptions {
     /// The hints for the photograph of that number; decodes its mask.
     ///
     /// # Errors
-    /// Those of decoding.
+    /// [`Error::InOption`] around those of decoding.
     pub fn of(&self, photo: usize, decode: &DecodeParams) -> Result<Hints> {
         let mask = self.masks.get(photo).map(|path| crown_mask(path, decode)).transpose()?;
         Ok(Hints { mask, ..self.common.clone() })
     }
 
+    /// The files of the masks.
+    pub fn masks(&self) -> &[PathBuf] {
+        &self.masks
+    }
+
     /// What was given, for reports.
     pub fn report(&self) -> serde_json::Value {
         let Hints { rect, include, exclude, hue_deg, .. } = &self.common;
-        serde_json::json!({"rect": rect, "include": include, "exclude": exclude, "hue_deg": hue_deg, "masks": self.masks})
+        serde_json::json!({"rect": rect, "include": include, "exclude": exclude, "hue_deg": hue_deg, "masks": texts_of(&self.masks)})
     }
 }
 
-fn whole_numbers<const N: usize>(name: &str, text: &str, expected: &str) -> Result<[u32; N]> {
+fn whole_numbers<const N: usize>(flag: &'static str, text: &str, expected: &str) -> Result<[u32; N]> {
     let numbers: Option<Vec<u32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
-    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| wrong(name, text, expected))
+    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| wrong(flag, text, expected))
 }
 
 fn hue_range(text: &str) -> Result<(f64, f64)> {
     let range = text.split_once("..").and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
-    let range = range.ok_or_else(|| wrong("hue", text, "LO..HI, two numbers of degrees"))?;
+    let range = range.ok_or_else(|| wrong("--hue", text, "LO..HI, two numbers of degrees, for example 45..170"))?;
     check_hue(range)?;
     Ok(range)
 }
 
-fn wrong(name: &str, text: &str, expected: &str) -> Error {
-    Error::Parameter { name: format!("--{name}"), expected: expected.to_owned(), found: text.to_owned() }
+fn wrong(flag: &'static str, text: &str, expected: &str) -> Error {
+    Error::Hint { flag, expected: expected.to_owned(), found: if text.is_empty() { "empty".to_owned() } else { text.to_owned() } }
 }
 
 /// A hand-drawn mask: white is crown.
 fn crown_mask(path: &Path, decode: &DecodeParams) -> Result<crate::raster::Mask> {
-    let photo = crate::photo::decode::decode(path, decode)?;
+    let in_option = |cause| Error::InOption { flag: "--mask", cause: Box::new(cause) };
+    let photo = crate::photo::decode::decode(path, decode).map_err(in_option)?;
     Ok(crate::raster::Mask::from_gray(&image::imageops::grayscale(&photo.image)))
 }
 
@@ -131,9 +146,9 @@ mod tests {
 
     #[test]
     fn rectangles_need_four_whole_numbers() {
-        assert_eq!(whole_numbers::<4>("rect", "1, 2,3,4", "").unwrap(), [1, 2, 3, 4]);
+        assert_eq!(whole_numbers::<4>("--rect", "1, 2,3,4", "").unwrap(), [1, 2, 3, 4]);
         for text in ["1,2,3", "1,2,3,4,5", "1,2,3,-4", "1.5,2,3,4", ""] {
-            assert!(whole_numbers::<4>("rect", text, "").is_err(), "{text}");
+            assert!(whole_numbers::<4>("--rect", text, "").is_err(), "{text}");
         }
     }
 }

@@ -6,7 +6,9 @@ mod batch;
 mod hints;
 mod model;
 mod options;
+mod say;
 mod segment;
+mod usage;
 
 use std::process::ExitCode;
 
@@ -18,10 +20,14 @@ use crate::Result;
 pub fn run() -> ExitCode {
     let matches = match command().try_get_matches() {
         Ok(matches) => matches,
-        Err(message) => {
+        Err(message) if asks_for_help(&message) => {
             // A closed pipe is no reason to fail louder than the message itself.
             let _ = message.print();
             return if message.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS };
+        }
+        Err(mistake) => {
+            say::err(&format!("sphereboard: {}", usage::sentence(&mistake)));
+            return ExitCode::from(2);
         }
     };
     let outcome = match matches.subcommand() {
@@ -30,9 +36,14 @@ pub fn run() -> ExitCode {
         _ => unreachable!("clap accepts only the subcommands of `command`"),
     };
     outcome.unwrap_or_else(|error| {
-        eprintln!("sphereboard: {error}");
+        say::err(&format!("sphereboard: {error}"));
         ExitCode::from(2)
     })
+}
+
+fn asks_for_help(message: &clap::Error) -> bool {
+    use clap::error::ErrorKind::{DisplayHelp, DisplayHelpOnMissingArgumentOrSubcommand, DisplayVersion};
+    matches!(message.kind(), DisplayHelp | DisplayHelpOnMissingArgumentOrSubcommand | DisplayVersion)
 }
 
 /// The whole command line, as clap sees it.

@@ -1,6 +1,7 @@
 //! `sphereboard model`: photograph to GLB.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Command, value_parser};
@@ -8,18 +9,22 @@ use serde_json::{Value, json};
 
 use crate::crown::CrownParams;
 use crate::model::glb;
-use crate::model::pipeline::{self, ModelParams, ModelRun, Request, SizeParams, View};
+use crate::model::pipeline::{self, DECODE, ModelParams, ModelRun, Request, STAGES, SizeParams, View, WRITE};
 use crate::photo::{DecodeParams, ExemplarParams, SegmentParams, SilhouetteParams, decode};
 use crate::texture::{BakeParams, SynthParams};
-use crate::{Error, Result, Seed, files, report};
+use crate::{Error, Result, Seed, report};
 
-use super::batch::{self, Batch, Done, Job};
+use super::batch::{self, Batch, Job, Made, Plan, texts_of};
 use super::hints::HintOptions;
 use super::{Outcome, hints, options};
 
 /// The command's arguments.
 pub fn command() -> Command {
     let command = Command::new("model")
+        .override_usage(
+            "sphereboard model [OPTIONS] --out <DIR> <PHOTO>...\n       \
+             sphereboard model [OPTIONS] --out <DIR> --views <PHOTO@DEG>...",
+        )
         .about("Turn photographs of trees into small textured models: <stem>.glb and <stem>.json (parameters, counts, times, warnings)")
         .arg(
             Arg::new("photos")
@@ -48,7 +53,7 @@ pub fn command() -> Command {
             Arg::new("seed")
                 .long("seed")
                 .value_name("N")
-                .value_parser(value_parser!(u64))
+                .allow_negative_numbers(true)
                 .default_value("1")
                 .help("Seed of every random choice; same photograph, options and seed give the same bytes"),
         );
@@ -65,12 +70,17 @@ pub fn command() -> Command {
 
 /// Runs it.
 pub fn run(matches: &ArgMatches) -> Outcome {
+    let batch = Batch::read(matches)?;
     let (jobs, azimuths_deg) = jobs(matches)?;
-    let settings = Settings::read(matches, jobs.iter().map(|job| job.photos.len()).sum())?;
-    if let Some(folder) = &settings.debug_dir {
-        files::ready_folder(folder)?;
-    }
-    settings.batch.run(&jobs, pipeline::STAGES.len() as u64, |job, step| settings.one(job, &azimuths_deg, step))
+    let settings = Settings::read(matches, batch, jobs.iter().map(|job| job.photos.len()).sum())?;
+    let plan = Plan {
+        jobs: &jobs,
+        masks: settings.hints.masks(),
+        suffixes: &[".glb", ".json"],
+        drawings: settings.debug_dir.as_deref(),
+        stages: STAGES.len(),
+    };
+    settings.batch.run(&plan, |job, step| settings.one(job, &azimuths_deg, step))
 }
 
 /// Everything but the photographs.
@@ -85,7 +95,7 @@ struct Settings {
 }
 
 impl Settings {
-    fn read(matches: &ArgMatches, photos: usize) -> Result<Self> {
+    fn read(matches: &ArgMatches, batch: Batch, photos: usize) -> Result<Self> {
         let decode = options::read(matches)?;
         Ok(Self {
             params: ModelParams {
@@ -99,15 +109,15 @@ impl Settings {
             },
             height_is_given: matches.value_source("height_m") == Some(ValueSource::CommandLine),
             hints: HintOptions::read(matches, photos)?,
-            seed: Seed(*matches.get_one("seed").expect("clap gives the default")),
+            seed: Seed(options::whole(matches, "seed", 0..=u64::MAX)?.expect("clap gives the default")),
             debug_dir: matches.get_one("debug-dir").cloned(),
-            batch: Batch::read(matches)?,
+            batch,
             decode,
         })
     }
 
-    fn one(&self, job: &Job, azimuths_deg: &[f64], step: &dyn Fn(&str)) -> Result<Done> {
-        let started = std::time::Instant::now();
+    fn one(&self, job: &Job, azimuths_deg: &[f64], step: &dyn Fn(&str)) -> Result<Made> {
+        let started = Instant::now();
         let views: Vec<View> = job
             .photos
             .iter()
@@ -118,7 +128,8 @@ impl Settings {
                 Ok(View { photo, hints, azimuth_rad: azimuths_deg.get(i).copied().unwrap_or(0.0).to_radians() })
             })
             .collect::<Result<_>>()?;
-        let decode_ms = started.elapsed().as_secs_f64() * 1e3;
+        let mut stages_ms = vec![(DECODE, ms_since(started))];
+        step(DECODE);
         let request = Request {
             views: &views,
             params: &self.params,
@@ -127,36 +138,30 @@ impl Settings {
             sources: job.photos.iter().filter_map(|p| p.file_name()).map(|name| name.to_string_lossy().into_owned()).collect(),
         };
         let run = pipeline::run(&request, step)?;
-        let encoding = std::time::Instant::now();
+        stages_ms.extend(&run.stages_ms);
+
+        let writing = Instant::now();
         let glb = glb::write(&run.model)?;
-        let encode_ms = encoding.elapsed().as_secs_f64() * 1e3;
-        step("written");
-
+        let drawings = match &self.debug_dir {
+            Some(folder) => drawings(folder, &job.stem, &views, &run)?,
+            None => vec![],
+        };
         let mut report = self.report(job, azimuths_deg, &run, glb.len());
-        let mut stages = vec![("decode", decode_ms)];
-        stages.extend(run.stages_ms.iter().copied());
-        stages.push(("encode", encode_ms));
-        report["stages_ms"] =
-            stages.iter().map(|&(stage, ms)| (stage.to_owned(), json!(ms))).collect::<serde_json::Map<_, _>>().into();
-        report["total_ms"] = json!(started.elapsed().as_secs_f64() * 1e3);
+        // The report is one of the files, so it cannot time the last step: storing them.
+        stages_ms.push((WRITE, ms_since(writing)));
+        report["stages_ms"] = stages_ms.iter().map(|(stage, ms)| json!({"stage": stage, "ms": ms})).collect();
+        report["total_ms"] = json!(ms_since(started));
 
-        let path = |suffix: &str| self.batch.out.join(format!("{}{suffix}", job.stem));
         let json_bytes = serde_json::to_vec_pretty(&report).expect("a JSON value serialises");
-        let mut outputs = vec![(path(".glb"), glb), (path(".json"), json_bytes)];
-        if let Some(folder) = &self.debug_dir {
-            outputs.extend(
-                report::stages::draw(&views, &run)?.into_iter().map(|(name, png)| (debug_path(folder, &job.stem, &name), png)),
-            );
-        }
-        files::write_all(&outputs)?;
-        Ok(Done { outputs: outputs.into_iter().map(|o| o.0).collect(), warnings: run.warnings, report })
+        let own = [(self.batch.path(job, ".glb"), glb), (self.batch.path(job, ".json"), json_bytes)];
+        Ok(Made { files: own.into_iter().chain(drawings).collect(), warnings: run.warnings, report })
     }
 
     /// What `<stem>.json` holds, times excepted.
     fn report(&self, job: &Job, azimuths_deg: &[f64], run: &ModelRun, glb_bytes: usize) -> Value {
         json!({
             "sphereboard": env!("CARGO_PKG_VERSION"),
-            "sources": job.photos,
+            "sources": texts_of(&job.photos),
             "azimuths_deg": azimuths_deg,
             "seed": self.seed,
             "height_is_given": self.height_is_given,
@@ -185,13 +190,19 @@ fn jobs(matches: &ArgMatches) -> Result<(Vec<Job>, Vec<f64>)> {
 
 fn view(text: &str) -> Result<(PathBuf, f64)> {
     let parts = text.rsplit_once('@').and_then(|(path, degrees)| Some((PathBuf::from(path), degrees.parse::<f64>().ok()?)));
-    parts.filter(|(path, degrees)| !path.as_os_str().is_empty() && degrees.abs() <= 360.0).ok_or_else(|| Error::Parameter {
-        name: "--views".to_owned(),
+    parts.filter(|(path, degrees)| !path.as_os_str().is_empty() && degrees.abs() <= 360.0).ok_or_else(|| Error::Hint {
+        flag: "--views",
         expected: "PHOTO@DEG with -360 ≤ DEG ≤ 360, for example a.jpg@0 b.jpg@90".to_owned(),
         found: text.to_owned(),
     })
 }
 
-fn debug_path(folder: &Path, stem: &str, name: &str) -> PathBuf {
-    folder.join(format!("{stem}.{name}.png"))
+/// The drawings of every stage, as files.
+fn drawings(folder: &Path, stem: &str, views: &[View], run: &ModelRun) -> Result<Vec<(PathBuf, Vec<u8>)>> {
+    let file = |(name, png): (String, Vec<u8>)| (folder.join(format!("{stem}.{name}.png")), png);
+    Ok(report::stages::draw(views, run)?.into_iter().map(file).collect())
+}
+
+fn ms_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
 }

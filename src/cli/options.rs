@@ -1,9 +1,12 @@
 //! Parameter tables to command-line options and back: one option per parameter, with its meaning, unit, range, default and source.
 
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
 use clap::{Arg, ArgMatches, Command};
 
-use crate::Result;
 use crate::params::{Kind, ParamSet, ParamSpec};
+use crate::{Error, Result};
 
 /// Adds every parameter of `P` to `command`, under `heading` in its help.
 pub fn add<P: ParamSet>(command: Command, heading: &'static str) -> Command {
@@ -25,9 +28,27 @@ pub fn read<P: ParamSet>(matches: &ArgMatches) -> Result<P> {
     Ok(params)
 }
 
+/// Reads an option that is a whole number, where it was given or has a default.
+///
+/// # Errors
+/// [`crate::Error::Parameter`] for anything else, or a number out of `range`.
+pub fn whole<T: FromStr + PartialOrd + ToString>(
+    matches: &ArgMatches,
+    name: &'static str,
+    range: RangeInclusive<T>,
+) -> Result<Option<T>> {
+    let Some(text) = matches.get_one::<String>(name) else { return Ok(None) };
+    let number = text.parse().ok().filter(|number| range.contains(number));
+    number.map(Some).ok_or_else(|| Error::Parameter {
+        name: format!("--{name}"),
+        expected: format!("a whole number from {} to {}", range.start().to_string(), range.end().to_string()),
+        found: text.clone(),
+    })
+}
+
 fn option(spec: &ParamSpec) -> Arg {
-    let unit = if spec.unit.is_empty() { String::new() } else { format!(" {}", spec.unit) };
-    let short = format!("{} [default: {}{unit}; {}{unit}]", spec.meaning, spec.default, spec.kind.range());
+    let range = spec.with_unit(&spec.kind.range());
+    let short = format!("{} [default: {}; {range}]", spec.meaning, spec.with_unit(&spec.default));
     let words = match spec.kind {
         Kind::Choice(words) => words.iter().map(|(word, meaning)| format!("\n  {word}: {meaning}")).collect(),
         _ => String::new(),

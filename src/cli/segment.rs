@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
 
+use crate::Result;
+use crate::model::pipeline::{DECODE, WRITE};
 use crate::photo::{DecodeParams, SegmentParams, decode, segment};
 use crate::raster::png;
-use crate::{Result, files};
 
-use super::batch::{self, Batch, Done, Job};
+use super::batch::{self, Batch, Job, Made, Plan, text_of};
 use super::hints::HintOptions;
 use super::{Outcome, hints, options};
 
@@ -40,46 +41,62 @@ pub fn command() -> Command {
 
 /// Runs it.
 pub fn run(matches: &ArgMatches) -> Outcome {
-    let params: SegmentParams = options::read(matches)?;
-    let decode_params: DecodeParams = options::read(matches)?;
-    let photos: Vec<&PathBuf> = matches.get_many("photos").unwrap_or_default().collect();
-    let hints = HintOptions::read(matches, photos.len())?;
     let batch = Batch::read(matches)?;
-    let pixels = matches.get_flag("pixels");
-    batch.run(&batch::jobs_of(photos), 1, |job, step| {
-        let done = one(job, &batch, &params, &decode_params, &hints, pixels);
-        step("segmented");
-        done
-    })
+    let jobs = batch::jobs_of(matches.get_many::<PathBuf>("photos").unwrap_or_default());
+    let settings = Settings {
+        batch,
+        params: options::read(matches)?,
+        decode: options::read(matches)?,
+        hints: HintOptions::read(matches, jobs.len())?,
+        pixels: matches.get_flag("pixels"),
+    };
+    let suffixes: &[&str] = &[".mask.png", ".tree.png", ".json", ".pixels.png"];
+    let plan = Plan {
+        jobs: &jobs,
+        masks: settings.hints.masks(),
+        suffixes: if settings.pixels { suffixes } else { &suffixes[..3] },
+        drawings: None,
+        stages: STAGES.len(),
+    };
+    settings.batch.run(&plan, |job, step| settings.one(job, step))
 }
 
-fn one(
-    job: &Job,
-    batch: &Batch,
-    params: &SegmentParams,
-    decode_params: &DecodeParams,
-    hints: &HintOptions,
+/// What progress announces.
+const STAGES: [&str; 3] = [DECODE, "segment", WRITE];
+
+/// Everything but the photographs.
+struct Settings {
+    batch: Batch,
+    params: SegmentParams,
+    decode: DecodeParams,
+    hints: HintOptions,
     pixels: bool,
-) -> Result<Done> {
-    let photo = decode::decode(&job.photos[0], decode_params)?;
-    let segmentation = segment::segment(&photo, params, &hints.of(job.before, decode_params)?)?;
-    let report = json!({
-        "sphereboard": env!("CARGO_PKG_VERSION"),
-        "source": job.photos[0],
-        "parameters": {"segment": params, "decode": decode_params},
-        "hints": hints.report(),
-        "size_px": [photo.image.width(), photo.image.height()],
-        "hue_deg": segmentation.hue_deg,
-        "counts": {"crown_px": segmentation.crown.count(), "tree_px": segmentation.tree.count(), "gap_px": segmentation.gaps.count()},
-        "warnings": segmentation.warnings,
-    });
-    let path = |suffix: &str| batch.out.join(format!("{}{suffix}", job.stem));
-    let mut outputs =
-        vec![(path(".mask.png"), png(&segmentation.crown.to_gray())?), (path(".tree.png"), png(&segmentation.tree.to_gray())?)];
-    if pixels {
-        outputs.push((path(".pixels.png"), png(&photo.image)?));
+}
+
+impl Settings {
+    fn one(&self, job: &Job, step: &dyn Fn(&str)) -> Result<Made> {
+        let photo = decode::decode(&job.photos[0], &self.decode)?;
+        let hints = self.hints.of(job.before, &self.decode)?;
+        step(STAGES[0]);
+        let segmentation = segment::segment(&photo, &self.params, &hints)?;
+        step(STAGES[1]);
+        let report = json!({
+            "sphereboard": env!("CARGO_PKG_VERSION"),
+            "source": text_of(&job.photos[0]),
+            "parameters": {"segment": self.params, "decode": self.decode},
+            "hints": self.hints.report(),
+            "size_px": [photo.image.width(), photo.image.height()],
+            "hue_deg": segmentation.hue_deg,
+            "counts": {"crown_px": segmentation.crown.count(), "tree_px": segmentation.tree.count(), "gap_px": segmentation.gaps.count()},
+            "warnings": segmentation.warnings,
+        });
+        let path = |suffix: &str| self.batch.path(job, suffix);
+        let mut files =
+            vec![(path(".mask.png"), png(&segmentation.crown.to_gray())?), (path(".tree.png"), png(&segmentation.tree.to_gray())?)];
+        if self.pixels {
+            files.push((path(".pixels.png"), png(&photo.image)?));
+        }
+        files.push((path(".json"), serde_json::to_vec_pretty(&report).expect("a JSON value serialises")));
+        Ok(Made { files, warnings: segmentation.warnings, report })
     }
-    outputs.push((path(".json"), serde_json::to_vec_pretty(&report).expect("a JSON value serialises")));
-    files::write_all(&outputs)?;
-    Ok(Done { outputs: outputs.into_iter().map(|o| o.0).collect(), warnings: segmentation.warnings, report })
 }

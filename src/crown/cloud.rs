@@ -85,7 +85,8 @@ pub(super) fn cloud(hull: &Hull, polygons: usize, params: &CrownParams) -> Cloud
     let isometric = isometric_latitudes(&across, &height);
 
     let mut cloud = Cloud { points: vec![], chart: vec![], edfp: vec![] };
-    let radial = params.edfp_radial;
+    let [radial, along_profile, around_axis] =
+        [params.edfp_radial, params.edfp_along, params.edfp_around].map(|semi_axis| params.disturb * semi_axis);
     let bottom = pole(0);
     cloud.push(-hull.axis * bottom.0.min(bottom.1), -DVec3::Y, [-hull.axis * bottom.0 * radial, DVec3::ZERO, DVec3::ZERO]);
     for ring in 1..=rings {
@@ -104,8 +105,8 @@ pub(super) fn cloud(hull: &Hull, polygons: usize, params: &CrownParams) -> Cloud
             let thickness = across[ring] / normal.dot(outward).abs().max(1e-6);
             let semi_axes = [
                 normal * radial * thickness.min(radius),
-                along * params.edfp_along * layout.spacing_m,
-                around * params.edfp_around * (TAU * across[ring] / columns as f64),
+                along * along_profile * layout.spacing_m,
+                around * around_axis * (TAU * across[ring] / columns as f64),
             ];
             let (sin, cos) = azimuth.sin_cos();
             let (up, out) = (isometric[ring - 1].tanh(), 1.0 / isometric[ring - 1].cosh());

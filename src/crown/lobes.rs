@@ -28,7 +28,7 @@ pub(super) fn split(whole: &Region, params: &CrownParams) -> Vec<(Region, Star)>
     let star = Star::fit(whole, best_center(whole, 1.0), 1.0);
     let single = star.iou(whole);
     let missed = 1.0 - single;
-    if missed > params.lobe_split && params.crowns_most > 1 {
+    if missed > params.lobe_split && params.max_crowns > 1 {
         let parts = lobes(whole, params);
         let mut union = Mask::new(whole.mask.width(), whole.mask.height());
         parts.iter().for_each(|(_, star)| star.fill(&mut union, whole));
@@ -54,7 +54,7 @@ fn lobes(whole: &Region, params: &CrownParams) -> Vec<(Region, Star)> {
         let star = Star::fit(&region, best_deep_center(&region, 1.0, LOBE_DEPTH), 1.0);
         (region, star)
     };
-    let smallest = params.lobe_smallest * whole.mask.count() as f64;
+    let smallest = params.min_lobe * whole.mask.count() as f64;
     territories.iter().filter(|t| t.count() as f64 >= smallest).map(fitted).collect()
 }
 
@@ -63,8 +63,8 @@ fn greedy_centers(whole: &Region, params: &CrownParams) -> Vec<DVec2> {
     let total = whole.mask.count() as f64;
     let mut centers = vec![best_deep_center(whole, LOBE_GAP_COST, LOBE_DEPTH)];
     let mut missing = without(&whole.mask, &Star::fit(whole, centers[0], LOBE_GAP_COST), whole);
-    while centers.len() < params.crowns_most as usize && missing.count() as f64 > 0.5 * params.lobe_split * total {
-        let Some(piece) = largest_piece(&missing).filter(|p| p.count() as f64 >= params.lobe_smallest * total) else { break };
+    while centers.len() < params.max_crowns as usize && missing.count() as f64 > 0.5 * params.lobe_split * total {
+        let Some(piece) = largest_piece(&missing).filter(|p| p.count() as f64 >= params.min_lobe * total) else { break };
         let center = best_deep_center(&whole.with(piece.clone()), LOBE_GAP_COST, LOBE_DEPTH);
         // The piece is taken out whether or not its star holds all of it, so that this ends.
         let rest = without(&missing, &Star::fit(whole, center, LOBE_GAP_COST), whole);

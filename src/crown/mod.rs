@@ -54,24 +54,26 @@ crate::params! {
     pub struct CrownParams {
         /// How many polygons the crowns have: about 300, 2,200 or 8,000.
         detail: Detail = Detail::Medium, unit "", source "She table 1: 56 triangles + 2,124 quads";
-        /// Ellipsoid for disturbing feature points (EDFP): semi-axis across the surface, as a fraction of the distance from the centre.
-        edfp_radial: f64 = 0.09, in 0.0..=0.5, unit "radii", source "ours: She gives no sizes; lumps without spikes";
-        /// EDFP: semi-axis along the profile, as a fraction of the distance between rings.
-        edfp_along: f64 = 0.3, in 0.0..=1.0, unit "spacings", source "ours: points keep their neighbours";
-        /// EDFP: semi-axis around the axis, as a fraction of the distance between points of a ring.
-        edfp_around: f64 = 0.3, in 0.0..=1.0, unit "spacings", source "ours: points keep their neighbours";
+        /// How strongly the crown's points are disturbed: 0 leaves the revolved crown as it is, 1 is the default; multiplies the three sizes below.
+        disturb: f64 = 1.0, in 0.0..=3.0, unit "", source "ours: one control for She §3.1, fig. 9d";
+        /// Ellipsoid for disturbing feature points (EDFP): semi-axis across the surface, as a fraction of the crown's radius there.
+        edfp_radial: f64 = 0.09, in 0.0..=0.5, unit "", source "ours: She gives no sizes; this one makes lumps without spikes";
+        /// EDFP: semi-axis along the profile, as a fraction of the distance between rings of points.
+        edfp_along: f64 = 0.3, in 0.0..=1.0, unit "", source "ours: under a half, so that points keep their neighbours";
+        /// EDFP: semi-axis around the crown's axis, as a fraction of the distance between points of a ring.
+        edfp_around: f64 = 0.3, in 0.0..=1.0, unit "", source "ours: under a half, so that points keep their neighbours";
         /// EDFP: how much of the radial disturbance neighbours share: 0 crumples every facet, 1 gives smooth lumps.
         edfp_clump: f64 = 0.7, in 0.0..=1.0, unit "", source "ours: foliage grows in clumps";
-        /// Size of those clumps, as a fraction of the crown's mean radius.
-        edfp_clump_size: f64 = 0.3, in 0.02..=5.0, unit "radii", source "ours: by eye, on the shared photographs";
+        /// EDFP: size of those lumps, as a fraction of the crown's mean radius.
+        edfp_clump_size: f64 = 0.3, in 0.02..=5.0, unit "", source "ours: about the size of a bough's foliage";
         /// Largest fold along the diagonal of a quad; sharper pairs stay two triangles.
-        quad_fold_deg: f64 = 50.0, in 0.0..=90.0, unit "degrees", source "ours: near-coplanar pairs, She §3.2";
-        /// Largest part of the outline that one star-shaped crown may lose before it is split into lobes.
-        lobe_split: f64 = 0.05, in 0.0..=1.0, unit "areas", source "ours, for She fig. 4b";
-        /// Smallest lobe, as a part of the outline.
-        lobe_smallest: f64 = 0.03, in 0.001..=0.5, unit "areas", source "ours: below this a lobe is a twig";
+        quad_fold_deg: f64 = 50.0, in 0.0..=90.0, unit "°", source "ours: She §3.2 joins near-coplanar triangles, but names no angle";
+        /// Largest part of the outline's area that one crown may miss before it is split into lobes.
+        lobe_split: f64 = 0.05, in 0.0..=1.0, unit "", source "ours: She fig. 4b splits by hand; smaller faults hardly show";
+        /// Smallest lobe, as a part of the outline's area.
+        min_lobe: f64 = 0.03, in 0.001..=0.5, unit "", source "ours: anything smaller is a twig";
         /// Largest number of crowns of one tree.
-        crowns_most: u32 = 5, in 1..=50, unit "crowns", source "ours";
+        max_crowns: u32 = 5, in 1..=50, unit "crowns", source "ours: further lobes add little but polygons";
     }
 }
 

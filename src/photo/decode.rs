@@ -36,10 +36,11 @@ const MOST_HEADER_BYTES: u64 = 64 << 20;
 /// Reads and decodes one photograph.
 ///
 /// # Errors
-/// Those of [`files::read_whole`] and of [`decode_bytes`].
+/// Those of [`files::read_whole`], and [`Error::InFile`] around those of [`decode_bytes`].
 pub fn decode(path: &Path, params: &DecodeParams) -> Result<Photo> {
     let max_pixels = (params.max_megapixels * 1e6).ceil() as u64;
-    decode_bytes(&files::read_whole(path, max_pixels * MOST_BYTES_PER_PIXEL + MOST_HEADER_BYTES)?, params)
+    let bytes = files::read_whole(path, max_pixels * MOST_BYTES_PER_PIXEL + MOST_HEADER_BYTES)?;
+    decode_bytes(&bytes, params).map_err(|cause| Error::InFile { path: path.to_owned(), cause: Box::new(cause) })
 }
 
 /// Decodes the bytes of one photograph.

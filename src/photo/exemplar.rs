@@ -15,10 +15,10 @@ use crate::{Error, Result};
 crate::params! {
     /// How the exemplar is chosen.
     pub struct ExemplarParams {
-        /// How much of the photograph's own shading is flattened out of the exemplar, so that it can be lit anew.
-        delight: f64 = 0.7, in 0.0..=1.0, unit "", source "ours: chosen by looking";
-        /// Largest part of the exemplar that may be sky gaps; the shallowest ones above it are closed.
-        gap_limit: f64 = 0.35, in 0.0..=0.6, unit "", source "ours: foliage must prevail";
+        /// How much of the photograph's own shading is flattened out of the texture, exemplar and `--front photo` alike, so that it can be lit anew.
+        delight: f64 = 0.7, in 0.0..=1.0, unit "", source "ours: without any shading foliage looks like felt";
+        /// Largest part of the exemplar that may be sky gaps; beyond it the shallowest gaps are closed.
+        gap_limit: f64 = 0.35, in 0.0..=0.6, unit "", source "ours: with more gaps than that a crown falls apart";
     }
 }
 

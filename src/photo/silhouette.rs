@@ -12,9 +12,9 @@ crate::params! {
     /// How the outline is simplified.
     pub struct SilhouetteParams {
         /// Largest distance between the outline and its simplification, as a fraction of the crown's height.
-        turning: f64 = 0.01, in 0.001..=0.1, unit "crown heights", source "ours: She names no scale";
+        outline_tolerance: f64 = 0.01, in 0.001..=0.1, unit "", source "ours: keeps boughs and drops leaves; She names no scale";
         /// Largest lean of the crown's axis from the vertical.
-        lean_deg: f64 = 30.0, in 0.0..=60.0, unit "degrees", source "ours: crowns lean less even where trunks lean more";
+        axis_lean_deg: f64 = 30.0, in 0.0..=60.0, unit "°", source "ours: crowns lean less even where trunks lean more";
     }
 }
 
@@ -66,12 +66,12 @@ pub fn trace(crown: &Mask, tree: &Mask, params: &SilhouetteParams) -> Result<Sil
     let contour = smooth_closed(&raw, STAIRCASE);
     let spans = row_spans(&contour);
     let neck = trunk::neck(crown, tree).filter(|neck| carries(*neck, &spans));
-    let line = fit_line(&spans, neck, params.lean_deg.to_radians().tan());
+    let line = fit_line(&spans, neck, params.axis_lean_deg.to_radians().tan());
     let Some((below, above)) = crossings(&contour, line) else {
         return Err(Error::CrownTooSmall { needed: SMALLEST_CROWN, found: crown.count() });
     };
     let (left, right) = sides(&contour, below, above);
-    let tolerance_px = params.turning * (below.point.y - above.point.y);
+    let tolerance_px = params.outline_tolerance * (below.point.y - above.point.y);
     Ok(Silhouette {
         left: simplify(&left, tolerance_px),
         right: simplify(&right, tolerance_px),

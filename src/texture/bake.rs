@@ -23,11 +23,11 @@ crate::params! {
     /// How the atlas is baked.
     pub struct BakeParams {
         /// Side of the square atlas.
-        texture_size: PowerOfTwo = PowerOfTwo(512), in 64..=4096, unit "texels", source "ours: under 1 MB as PNG";
-        /// Half the width of the strip along shared edges in which a cut may run.
-        seam_reach: u32 = 4, in 0..=32, unit "exemplar texels", source "ours: a third of a medium polygon";
+        texture_size: PowerOfTwo = PowerOfTwo(512), in 64..=4096, unit "texels", source "ours: keeps the model under 1 MB";
+        /// Half the width of the strip along shared edges in which a cut between two blocks may run.
+        seam_reach: u32 = 4, in 0..=32, unit "texels of the exemplar", source "ours: a third of a polygon at --detail medium";
         /// Half the width of the blend across a cut.
-        seam_blend: f64 = 1.25, in 0.0..=8.0, unit "exemplar texels", source "ours: hides the step, keeps the grain";
+        seam_blend: f64 = 1.25, in 0.0..=8.0, unit "texels of the exemplar", source "ours: hides the step and keeps the grain";
     }
 }
 

@@ -16,9 +16,9 @@ use crate::{Error, Result, Seed};
 crate::choices! {
     /// Where the polygons that faced the camera take their texture from.
     pub enum FrontChoice {
-        /// the photograph itself
+        /// The photograph itself.
         Photo = "photo",
-        /// the exemplar, as all others: the paper's way
+        /// The exemplar, as for all others: the paper's way.
         Synth = "synth",
     }
 }
@@ -30,8 +30,8 @@ crate::params! {
         front: FrontChoice = FrontChoice::Photo, unit "", source "ours: the tree on the map should be the tree in the picture";
         /// Largest angle between a polygon's normal and the camera at which it takes the photograph's texture.
         front_angle_deg: f64 = 52.0, in 5.0..=80.0, unit "°", source "ours: beyond it the photograph would stretch by more than 1.6";
-        /// Largest turn away from upright that extension may accumulate before a block is matched anew.
-        lean_limit_deg: f64 = 25.0, in 0.0..=180.0, unit "°", source "ours: foliage hangs";
+        /// Largest lean of a block of texture from upright; one that leans further is matched anew.
+        block_lean_deg: f64 = 25.0, in 0.0..=180.0, unit "°", source "ours: leaves hang, so their texture must not lie on its side";
     }
 }
 
@@ -229,7 +229,7 @@ impl Grower<'_> {
             t.x >= 0.0 && t.y >= 0.0 && t.x <= self.layer.width as f32 && t.y <= self.layer.height as f32
         };
         let upright = (map.matrix2 * up).normalize_or(Vec2::ZERO).dot(-Vec2::Y);
-        flat.corners().iter().all(inside) && upright >= (self.params.lean_limit_deg as f32).to_radians().cos()
+        flat.corners().iter().all(inside) && upright >= (self.params.block_lean_deg as f32).to_radians().cos()
     }
 
     /// The block that agrees best with the neighbours: searched, or one neighbour's extension where that is better still.

@@ -51,7 +51,7 @@ fn an_extension_shares_the_texels_of_its_edge() {
 fn blocks_stay_upright() {
     let params = paper();
     let texture = synthesize(&lumpy_ball(16, 1.2), &leafy(96), 20.0, None, &params, Seed(1)).unwrap();
-    let limit = (params.lean_limit_deg as f32).to_radians().cos() - 1e-4;
+    let limit = (params.block_lean_deg as f32).to_radians().cos() - 1e-4;
     for (flat, block) in texture.flat.flats.iter().zip(&texture.blocks) {
         if let Some(up) = flat.up {
             assert!((block.map.matrix2 * up).normalize().dot(-Vec2::Y) >= limit);
