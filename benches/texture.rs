@@ -46,7 +46,7 @@ fn foliage() -> RgbaImage {
 fn texture(c: &mut Criterion) {
     let (mesh, image) = (crown(), foliage());
     let window_px = Rect { x: 0, y: 0, width: SIDE, height: SIDE };
-    let exemplar = Exemplar { image: image.clone(), window_px, scale: 1.0, gap_fraction: 0.0 };
+    let exemplar = Exemplar { image: image.clone(), window_px, scale: 1.0, gap_fraction: 0.0, delta_e: 0.0 };
     let (synth, params) = (SynthParams::default(), BakeParams::default());
     let mut group = c.benchmark_group("texture-512");
     group.sample_size(10);

@@ -13,7 +13,7 @@ use sphereboard::model::{About, ModelCrown, Profile, TreeModel, TrunkShape, glb}
 use sphereboard::raster::Rect;
 use sphereboard::{Error, Seed, files};
 
-/// A sphere as a crown is charted: a seam where U goes from 1 to 0, quads between, triangles at the poles.
+/// A sphere cut open along one meridian, where vertices stand double as they do on a chart's cuts: quads between, triangles at the poles.
 fn sphere(center: Vec3, radius: f32, slices: u32, stacks: u32) -> Surface {
     let mut surface = Surface::default();
     for (stack, slice) in (0..=stacks).flat_map(|stack| (0..=slices).map(move |slice| (stack, slice))) {

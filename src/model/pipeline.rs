@@ -325,8 +325,10 @@ impl ModelRun {
             "gap_fraction": self.views.iter().map(ViewProducts::gap_fraction).collect::<Vec<_>>(),
             "metres_per_px": self.views.iter().map(|v| v.metres_per_px).collect::<Vec<_>>(),
             "exemplar_window_px": self.exemplars.first().map(|e| e.window_px),
+            "exemplar_delta_e": self.exemplars.iter().map(|e| e.delta_e).collect::<Vec<_>>(),
             "seam_contrast_before": self.atlases.iter().map(|a| a.seam_before).collect::<Vec<_>>(),
             "seam_contrast": self.atlases.iter().map(|a| a.seam_after).collect::<Vec<_>>(),
+            "texel_contrast_before": self.atlases.iter().map(|a| a.contrast_before).collect::<Vec<_>>(),
             "texel_contrast": self.atlases.iter().map(|a| a.contrast).collect::<Vec<_>>(),
         })
     }

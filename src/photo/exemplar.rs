@@ -6,10 +6,12 @@
 
 use glam::{Vec3, Vec4};
 use image::{Rgba, RgbaImage};
+use palette::color_difference::Ciede2000 as _;
+use palette::{FromColor as _, Lab, Srgb};
 
 use super::delight::{ReducedCrown, Shading, foliage_at};
 use super::{Photo, exemplar_window};
-use crate::raster::{Layer, Mask, Rect};
+use crate::raster::{ALPHA_CUTOFF, Layer, Mask, Rect};
 use crate::{Error, Result};
 
 crate::params! {
@@ -33,6 +35,8 @@ pub struct Exemplar {
     pub scale: f64,
     /// The part of the crown's core that is sky gaps, at most the gap limit: what a texture grown from the exemplar should show.
     pub gap_fraction: f64,
+    /// CIEDE2000 between the mean colour of its opaque texels and that of the crown's foliage.
+    pub delta_e: f64,
 }
 
 /// Largest exemplar side, texels: more adds cost but no variety that a crown could show.
@@ -66,7 +70,8 @@ pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, para
     let side = (f64::from(window_px.width) * texels_per_px.min(MAX_SCALE)).round().clamp(8.0, MAX_SIDE);
     let mut layer = cut(photo, crown, gaps, window_px, side as usize, &shading);
     limit_gaps(&mut layer, params.gap_limit);
-    if let Some(mean) = encoded_mean(&photo.image, crown, gaps) {
+    let foliage = encoded_mean(&photo.image, crown, gaps);
+    if let Some(mean) = foliage {
         shift_mean(&mut layer, mean);
     }
     let byte = |v: f32| v.round().clamp(0.0, 255.0) as u8;
@@ -75,7 +80,21 @@ pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, para
         Rgba([byte(t.x), byte(t.y), byte(t.z), byte(255.0 * t.w)])
     });
     let gap_fraction = gaps_in_core(&reduced, crown, gaps).min(params.gap_limit);
-    Ok(Exemplar { image, window_px, scale: side / f64::from(window_px.width), gap_fraction })
+    let delta_e = opaque_mean(&image).zip(foliage).map_or(0.0, |(a, b)| difference(a, b));
+    Ok(Exemplar { image, window_px, scale: side / f64::from(window_px.width), gap_fraction, delta_e })
+}
+
+/// Mean of the encoded sRGB values that the alpha test keeps.
+fn opaque_mean(image: &RgbaImage) -> Option<Vec3> {
+    let opaque = image.pixels().filter(|p| f32::from(p[3]) >= 255.0 * ALPHA_CUTOFF);
+    let sum: glam::DVec4 = opaque.map(|p| glam::DVec4::new(p[0].into(), p[1].into(), p[2].into(), 1.0)).sum();
+    (sum.w > 0.0).then(|| (sum.truncate() / sum.w).as_vec3())
+}
+
+/// CIEDE2000 between two colours in encoded sRGB, 0..=255.
+fn difference(a: Vec3, b: Vec3) -> f64 {
+    let lab = |c: Vec3| Lab::from_color(Srgb::from((c / 255.0).to_array()));
+    f64::from(lab(a).difference(lab(b)))
 }
 
 /// The window as `side` × `side` texels: encoded sRGB 0..=255 in `xyz`, bled over the gaps, and the part that is foliage in `w`.
@@ -116,7 +135,7 @@ fn gaps_in_core(reduced: &ReducedCrown, crown: &Mask, gaps: &Mask) -> f64 {
 
 /// Closes the shallowest gaps until at most `limit` of the texels are transparent: those with most foliage around them.
 fn limit_gaps(layer: &mut Layer, limit: f64) {
-    let mut open: Vec<usize> = (0..layer.texels.len()).filter(|&i| layer.texels[i].w < 0.5).collect();
+    let mut open: Vec<usize> = (0..layer.texels.len()).filter(|&i| layer.texels[i].w < ALPHA_CUTOFF).collect();
     let keep = (limit * layer.texels.len() as f64) as usize;
     if open.len() <= keep {
         return;

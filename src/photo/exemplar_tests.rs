@@ -1,8 +1,6 @@
 use super::*;
 use crate::Seed;
 use image::{Rgb, RgbImage};
-use palette::color_difference::Ciede2000;
-use palette::{FromColor, Lab, Srgb};
 
 /// A leafy disc with a trunk up its middle, a shaded left half and a bay of sky at its right.
 fn painted(size: u32) -> (Photo, Mask, Mask) {
@@ -25,20 +23,6 @@ fn painted(size: u32) -> (Photo, Mask, Mask) {
     (Photo { image, opaque: None }, crown, gaps)
 }
 
-fn lab(c: Vec3) -> Lab {
-    Lab::from_color(Srgb::new(c.x / 255.0, c.y / 255.0, c.z / 255.0))
-}
-
-fn mean(exemplar: &Exemplar) -> Vec3 {
-    let opaque: Vec<_> = exemplar.image.pixels().filter(|p| p[3] >= 128).collect();
-    opaque.iter().map(|p| Vec3::new(p[0].into(), p[1].into(), p[2].into())).sum::<Vec3>() / opaque.len() as f32
-}
-
-/// CIEDE2000 between the exemplar's mean and the mean of the crown's foliage.
-fn difference(exemplar: &Exemplar, photo: &Photo, crown: &Mask, gaps: &Mask) -> f32 {
-    lab(mean(exemplar)).difference(lab(encoded_mean(&photo.image, crown, gaps).unwrap()))
-}
-
 #[test]
 fn the_window_lies_in_foliage_and_has_the_crowns_colour() {
     for size in [90, 400, 900] {
@@ -55,9 +39,23 @@ fn the_window_lies_in_foliage_and_has_the_crowns_colour() {
             * f64::from((w.y + w.height).saturating_sub(size / 2).min(w.height));
         assert!(bark / all < 0.1, "{size}: the trunk is avoided, {w:?}");
         assert!(f64::from(w.width) > 0.14 * f64::from(size), "{size}: {w:?}");
-        let delta = difference(&exemplar, &photo, &crown, &gaps);
-        assert!(delta < 1.5, "{size}: ΔE2000 {delta}");
+        assert!(exemplar.delta_e < 1.5, "{size}: ΔE2000 {}", exemplar.delta_e);
     }
+}
+
+#[test]
+fn the_colour_difference_is_the_mean_colours_own() {
+    let (photo, crown, gaps) = painted(200);
+    let exemplar = choose(&photo, &crown, &gaps, 1.0, &ExemplarParams::default()).unwrap();
+    let foliage = encoded_mean(&photo.image, &crown, &gaps).unwrap();
+    assert_eq!(exemplar.delta_e, difference(opaque_mean(&exemplar.image).unwrap(), foliage));
+    // Sharma, Wu & Dalal 2005, table 1, pairs 1 and 21: Lab to ΔE2000.
+    let pairs = [([50.0, 2.6772, -79.7751], [50.0, 0.0, -82.7485], 2.0425), ([50.0, 2.5, 0.0], [50.0, 3.2592, 0.3350], 1.0)];
+    for (a, b, expected) in pairs {
+        let [a, b] = [a, b].map(|[l, a, b]: [f32; 3]| Lab::<palette::white_point::D65>::new(l, a, b));
+        assert!((a.difference(b) - expected).abs() < 1e-3);
+    }
+    assert!(difference(Vec3::new(60.0, 120.0, 40.0), Vec3::new(75.0, 120.0, 40.0)) > 2.0);
 }
 
 #[test]

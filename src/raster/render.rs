@@ -4,12 +4,11 @@
 //! stays. In parallel projection the texture gradients are constant over a triangle, so its mip level is exact. Colours are averaged
 //! in linear light.
 
-use std::sync::LazyLock;
-
 use glam::{Vec2, Vec3, Vec4};
 use image::{GrayImage, Luma, Rgba, RgbaImage};
 use rayon::prelude::*;
 
+use super::{ALPHA_CUTOFF, to_linear, to_srgb};
 use crate::geom::{Bounds, Surface};
 use crate::{Error, Result};
 
@@ -71,7 +70,7 @@ impl View {
 /// What a surface is made of.
 #[derive(Debug, Clone, Copy)]
 pub struct Material<'a> {
-    /// Base colour, sRGB with straight alpha; U repeats, V is clamped.
+    /// Base colour, sRGB with straight alpha; clamped to its edges.
     pub texture: Option<&'a RgbaImage>,
     /// Multiplies the texture, or is the colour without one; linear light, straight alpha.
     pub factor: [f32; 4],
@@ -83,7 +82,7 @@ pub struct Material<'a> {
 
 impl Default for Material<'_> {
     fn default() -> Self {
-        Self { texture: None, factor: [1.0; 4], alpha_cutoff: 0.5, two_sided: false }
+        Self { texture: None, factor: [1.0; 4], alpha_cutoff: ALPHA_CUTOFF, two_sided: false }
     }
 }
 
@@ -373,31 +372,12 @@ impl Level {
         if !(x.is_finite() && y.is_finite()) {
             return Vec4::ZERO;
         }
-        let column = |i: f32| (i as i64).rem_euclid(self.width as i64) as usize;
-        let row = |i: f32| (i.max(0.0) as usize).min(self.height - 1);
+        let clamped = |i: f32, n: usize| (i.max(0.0) as usize).min(n - 1);
         let (x0, y0) = (x.floor(), y.floor());
-        let at = |dx: f32, dy: f32| self.texels[row(y0 + dy) * self.width + column(x0 + dx)];
+        let at = |dx: f32, dy: f32| self.texels[clamped(y0 + dy, self.height) * self.width + clamped(x0 + dx, self.width)];
         let (fx, fy) = (x - x0, y - y0);
         at(0.0, 0.0).lerp(at(1.0, 0.0), fx).lerp(at(0.0, 1.0).lerp(at(1.0, 1.0), fx), fy)
     }
-}
-
-/// 8-bit sRGB to linear light (IEC 61966-2-1).
-pub fn to_linear(value: u8) -> f32 {
-    static TABLE: LazyLock<[f32; 256]> = LazyLock::new(|| {
-        std::array::from_fn(|i| {
-            let s = i as f32 / 255.0;
-            if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
-        })
-    });
-    TABLE[usize::from(value)]
-}
-
-/// Linear light to 8-bit sRGB, clamped (IEC 61966-2-1).
-pub fn to_srgb(value: f32) -> u8 {
-    let v = value.clamp(0.0, 1.0);
-    let s = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-    (255.0 * s).round() as u8
 }
 
 #[cfg(test)]

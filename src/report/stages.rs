@@ -1,12 +1,12 @@
 //! `--debug-dir`: every stage of one run, drawn over the photograph.
 
 use glam::{DVec2, Vec3};
-use image::{DynamicImage, Rgb, RgbImage};
+use image::{DynamicImage, Rgb, RgbImage, RgbaImage};
 
 use crate::Result;
 use crate::geom::{Edges, PolyMesh};
 use crate::model::pipeline::{ModelRun, View, ViewProducts};
-use crate::raster::png;
+use crate::raster::{ALPHA_CUTOFF, png};
 
 use super::{draw, sheet};
 
@@ -120,17 +120,22 @@ fn exemplar(photo: &RgbImage, run: &ModelRun) -> RgbImage {
     draw::side_by_side(&[draw::to_height(&framed, PANEL_PX), draw::to_height(&square, PANEL_PX)], 8)
 }
 
-/// Per crown: the blocks with their seams as synthesised, and the baked atlas.
+/// Per crown: the blocks with their seams as synthesised, and the baked atlas; where they are transparent a grey checker shows.
 fn textures(run: &ModelRun) -> RgbImage {
-    let rows: Vec<RgbImage> = run
-        .atlases
-        .iter()
-        .map(|atlas| {
-            let panels = [&atlas.image].map(|image| DynamicImage::ImageRgba8(image.clone()).into_rgb8());
-            draw::side_by_side(&panels, 8)
-        })
-        .collect();
+    let rows: Vec<RgbImage> =
+        run.atlases.iter().map(|atlas| draw::side_by_side(&[&atlas.before, &atlas.image].map(over_checker), 8)).collect();
     draw::stacked(&rows, 8)
+}
+
+/// A picture as the alpha test leaves it, over a grey checker.
+fn over_checker(image: &RgbaImage) -> RgbImage {
+    RgbImage::from_fn(image.width(), image.height(), |x, y| {
+        let [r, g, b, alpha] = image.get_pixel(x, y).0;
+        if f32::from(alpha) >= 255.0 * ALPHA_CUTOFF {
+            return Rgb([r, g, b]);
+        }
+        if (x / 8 + y / 8) % 2 == 0 { Rgb([205; 3]) } else { Rgb([160; 3]) }
+    })
 }
 
 /// A panel of fixed height that shows the whole photograph.

@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3, Vec4};
 use image::{Rgba, RgbaImage};
 use rayon::prelude::*;
 
-use super::chart::{COPIES, Chart};
+use super::chart::{COPIES, Chart, USUAL_PART};
 use super::cut::{Cut, blend};
 use super::flat::FlatMesh;
 use super::gaps;
@@ -16,7 +16,7 @@ use super::synth::{BlockSource, VirtualTexture, mean_color};
 use crate::geom::{PolyMesh, Surface};
 use crate::params::{ParamSet as _, PowerOfTwo};
 use crate::photo::Exemplar;
-use crate::raster::Layer;
+use crate::raster::{ALPHA_CUTOFF, Layer};
 use crate::{Error, Result};
 
 crate::params! {
@@ -38,11 +38,16 @@ pub struct Atlas {
     pub surface: Surface,
     /// sRGB, straight alpha; alpha 0 in sky gaps, with foliage colours underneath.
     pub image: RgbaImage,
-    /// Mean colour step across polygon borders ÷ mean step between neighbouring exemplar texels, each block cut off at its border.
+    /// The same before blending: each block cut off at its polygon's border.
+    pub before: RgbaImage,
+    /// Mean colour step across polygon borders ÷ mean step between neighbouring texels of the exemplar (or, where the photograph is the
+    /// texture, of the photograph at the atlas's density), before blending.
     pub seam_before: f64,
     /// The same in the finished atlas, over polygon borders and cuts alike.
     pub seam_after: f64,
-    /// Mean step between neighbouring atlas texels away from borders ÷ the exemplar's.
+    /// Mean step between neighbouring texels inside polygons ÷ the same reference, before blending.
+    pub contrast_before: f64,
+    /// The same in the finished atlas, away from borders and cuts.
     pub contrast: f64,
     /// The part of the atlas that the alpha test removes.
     pub gap_fraction: f64,
@@ -55,7 +60,7 @@ pub struct Atlas {
 pub fn texels_per_m(mesh: &PolyMesh, params: &BakeParams) -> Result<f64> {
     params.validate()?;
     let area = FlatMesh::of(mesh)?.area;
-    Ok(GUTTERED * f64::from(params.texture_size.0) / area.sqrt())
+    Ok(USUAL_PART * f64::from(params.texture_size.0) / area.sqrt())
 }
 
 /// The bake parameters of each crown of one tree: the crowns share about the texels of one atlas by their surface areas, so that a tree of
@@ -98,27 +103,24 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
         texels.iter_mut().zip(places).for_each(|(t, place)| *t = place.map(|(piece, w)| painter.texel(&pieces[piece as usize], w)));
     });
     gaps::keep_share(&mut shaded);
-    let grown = |s: &Shaded| texture.blocks[s.label as usize].source == BlockSource::Exemplar;
-    gaps::open(&mut shaded, size, grown, exemplar.gap_fraction);
-    let grain = measure::exemplar_step(&layer, spacing(&texture.flat, texture.texels_per_m, size));
-    let figures = measure::steps(&shaded, size);
+    let grown = |polygon: u32| texture.blocks[polygon as usize].source == BlockSource::Exemplar;
+    gaps::open(&mut shaded, size, |s| grown(s.label), exemplar.gap_fraction);
+    // Metres between texels, on average.
+    let spacing_m = (f64::from(chart.extent) * texture.flat.area.sqrt() / size as f64) as f32;
+    let exemplar_step = measure::mean_step(&layer, spacing_m * texture.texels_per_m as f32);
+    let front_step = texture.front.as_ref().map_or(exemplar_step, |front| front.mean_step(spacing_m));
+    let figures = measure::steps(&shaded, size, |polygon| if grown(polygon) { exemplar_step } else { front_step });
     Ok(Atlas {
         surface: chart.surface(mesh),
-        image: finish(&shaded, size),
-        seam_before: figures.border_before / grain,
-        seam_after: figures.border_after / grain,
-        contrast: figures.inside / grain,
+        image: finish(&shaded, size, |s| s.color),
+        before: finish(&shaded, size, |s| s.own),
+        seam_before: figures.border_before,
+        seam_after: figures.border_after,
+        contrast_before: figures.inside_before,
+        contrast: figures.inside_after,
         gap_fraction: gaps::share(&shaded),
     })
 }
-
-/// Exemplar texels per atlas texel, on average.
-fn spacing(flat: &FlatMesh, texels_per_m: f64, size: usize) -> f32 {
-    (texels_per_m * flat.area.sqrt() / (GUTTERED * size as f64)) as f32
-}
-
-/// The part of the atlas's side that the chart itself takes, about; the rest is gutter.
-const GUTTERED: f64 = 0.95;
 
 /// What sampling between texels takes from the finest grain, given back beforehand: measured, not a matter of taste.
 pub(super) const SHARPENING: f32 = 0.16;
@@ -358,15 +360,16 @@ impl<'a> Painter<'a> {
 }
 
 /// To 8 bits, colours bled under whatever the alpha test removes and over texels that no polygon covers.
-fn finish(shaded: &[Option<Shaded>], size: usize) -> RgbaImage {
+fn finish(shaded: &[Option<Shaded>], size: usize, shown: impl Fn(&Shaded) -> Vec4 + Sync) -> RgbaImage {
     let mut layer = Layer::from_fn(size, size, |x, y| {
-        shaded[y * size + x].as_ref().map_or(Vec4::ZERO, |s| s.color.truncate().extend(f32::from(s.color.w >= 0.5)))
+        let color = shaded[y * size + x].as_ref().map(&shown);
+        color.map_or(Vec4::ZERO, |c| c.truncate().extend(f32::from(c.w >= ALPHA_CUTOFF)))
     });
     layer.bleed();
     let byte = |v: f32| v.round().clamp(0.0, 255.0) as u8;
     RgbaImage::from_fn(size as u32, size as u32, |x, y| {
         let i = y as usize * size + x as usize;
-        let (t, alpha) = (layer.texels[i], shaded[i].as_ref().map_or(1.0, |s| s.color.w));
+        let (t, alpha) = (layer.texels[i], shaded[i].as_ref().map_or(1.0, |s| shown(s).w));
         Rgba([byte(t.x), byte(t.y), byte(t.z), byte(255.0 * alpha)])
     })
 }

@@ -43,6 +43,9 @@ pub(super) const INVERSE: [usize; 9] = [0, 1, 2, 3, 4, 8, 7, 6, 5];
 /// Gutter beyond whatever overhangs, as a part of the image's side: four texels of 512 keep three mip levels clean.
 const GUTTER: f32 = 4.0 / 512.0;
 
+/// The part of the image's side that the square takes on a medium crown: the rest is gutter and what polygons across a cut overhang.
+pub(super) const USUAL_PART: f64 = 1.0 - 2.0 * GUTTER as f64 - 0.035;
+
 impl Chart {
     /// Lays out a crown that is star-shaped about `center`.
     ///

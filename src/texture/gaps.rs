@@ -7,10 +7,7 @@
 use glam::Vec4;
 
 use super::measure::Shaded;
-use crate::raster::Layer;
-
-/// Texels of less alpha are gaps.
-const CUTOFF: f32 = 0.5;
+use crate::raster::{ALPHA_CUTOFF, Layer};
 
 /// Radii of the low-passes whose difference tells how dark a place is against its surroundings, texels: gaps are blobs of the smaller size.
 const BLOB: usize = 1;
@@ -18,27 +15,27 @@ const SURROUNDINGS: usize = 40;
 
 /// The part of the covered texels that are gaps.
 pub(super) fn share(shaded: &[Option<Shaded>]) -> f64 {
-    let open = shaded.iter().flatten().filter(|s| s.color.w < CUTOFF).count();
+    let open = shaded.iter().flatten().filter(|s| s.color.w < ALPHA_CUTOFF).count();
     open as f64 / shaded.iter().flatten().count().max(1) as f64
 }
 
 /// Scales alpha so that blending does not change how much the alpha test removes.
 pub(super) fn keep_share(shaded: &mut [Option<Shaded>]) {
-    let open = shaded.iter().flatten().filter(|s| s.own.w < CUTOFF).count();
+    let open = shaded.iter().flatten().filter(|s| s.own.w < ALPHA_CUTOFF).count();
     let mut alphas: Vec<f32> = shaded.iter().flatten().map(|s| s.color.w).collect();
     if open == 0 || alphas.is_empty() {
         return;
     }
     let last = alphas.len() - 1;
     let (_, &mut threshold, _) = alphas.select_nth_unstable_by(open.min(last), f32::total_cmp);
-    let scale = CUTOFF / threshold.clamp(0.1, 0.9);
+    let scale = ALPHA_CUTOFF / threshold.clamp(0.1, 0.9);
     shaded.iter_mut().flatten().for_each(|s| s.color.w = (s.color.w * scale).clamp(0.0, 1.0));
 }
 
 /// Opens gaps in an atlas of `size` texels a side until they are the part `target` of those texels for which `grown` holds.
 pub(super) fn open(shaded: &mut [Option<Shaded>], size: usize, grown: impl Fn(&Shaded) -> bool, target: f64) {
     let candidates: Vec<usize> = (0..shaded.len()).filter(|&i| shaded[i].as_ref().is_some_and(&grown)).collect();
-    let is_open = |i: &usize| shaded[*i].as_ref().is_some_and(|s| s.color.w < CUTOFF);
+    let is_open = |i: &usize| shaded[*i].as_ref().is_some_and(|s| s.color.w < ALPHA_CUTOFF);
     let wanted = (target * candidates.len() as f64).round() as usize;
     let missing = wanted.saturating_sub(candidates.iter().filter(|i| is_open(i)).count());
     let mut closed: Vec<usize> = candidates.into_iter().filter(|i| !is_open(i)).collect();
@@ -82,7 +79,7 @@ mod tests {
     fn the_grown_part_opens_in_the_dark_and_the_photograph_stays() {
         let mut shaded = stripes();
         open(&mut shaded, SIZE, |s| s.label == 1, 0.1);
-        let opened: Vec<&Shaded> = shaded.iter().flatten().filter(|s| s.color.w < CUTOFF).collect();
+        let opened: Vec<&Shaded> = shaded.iter().flatten().filter(|s| s.color.w < ALPHA_CUTOFF).collect();
         assert_eq!(opened.len(), (0.1 * (SIZE * SIZE / 2) as f64).round() as usize);
         assert!(opened.iter().all(|s| s.label == 1 && s.color.y < 50.0));
         assert!((share(&shaded) - 0.05).abs() < 1e-3);

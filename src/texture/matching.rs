@@ -6,7 +6,7 @@
 use glam::{Affine2, Mat2, Vec2, Vec4};
 
 use super::flat::Flat;
-use crate::raster::Layer;
+use crate::raster::{ALPHA_CUTOFF, Layer};
 
 /// Places tried per rotation before refinement; more finds little better and costs time.
 const PLACES: usize = 450;
@@ -74,7 +74,7 @@ impl Matcher {
             t.truncate().extend(ALPHA * t.w)
         });
         let cells = side.map(|s| s.div_ceil(CELL));
-        let holes = exemplar.texels.iter().map(|t| Vec4::new(f32::from(t.w < 0.5), 0.0, 0.0, 1.0)).collect();
+        let holes = exemplar.texels.iter().map(|t| Vec4::new(f32::from(t.w < ALPHA_CUTOFF), 0.0, 0.0, 1.0)).collect();
         let holes = Layer { texels: holes, ..*exemplar }.low_pass((0.3 * reach).clamp(1.0, 64.0) as usize);
         let around: Vec<f32> = holes.texels.iter().map(|t| t.x / t.w.max(1e-6)).collect();
         // No more than the exemplar could give at best.

@@ -40,28 +40,6 @@ pub(super) fn relax(mesh: &PolyMesh, flat: &FlatMesh, places: &mut Vec<Vec2>, co
             }
         }
     }
-    if std::env::var_os("DBG").is_some() {
-        for pl in [&start, &*places] {
-            let mut ratios: Vec<(f32, f32)> = (0..copies.len())
-                .map(|p| {
-                    let polygon = mesh.polygon(p);
-                    let at = |k: usize| COPIES[usize::from(copies[p][k])](pl[polygon[k] as usize]);
-                    let (a, b) = (flat.flats[p].corners[1], flat.flats[p].corners[2]);
-                    let m = glam::Mat2::from_cols(at(1) - at(0), at(2) - at(0)) * glam::Mat2::from_cols(a, b).inverse();
-                    let g = m.transpose() * m;
-                    let (t, d) = (0.5 * (g.x_axis.x + g.y_axis.y), g.determinant());
-                    let r = (t * t - d).max(0.0).sqrt();
-                    (((t + r) / (t - r).max(1e-9)).sqrt(), d.max(0.0).sqrt() / (scale * scale))
-                })
-                .collect();
-            ratios.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let q = |f: f32| ratios[(f * (ratios.len() - 1) as f32) as usize].0;
-            eprintln!("turned {} aniso median {} 75% {} 90% {} 99% {}", turned(mesh, pl, copies), q(0.5), q(0.75), q(0.9), q(0.99));
-            ratios.sort_by(|a, b| a.1.total_cmp(&b.1));
-            let q = |f: f32| ratios[(f * (ratios.len() - 1) as f32) as usize].1;
-            eprintln!("    area 1% {} 10% {} median {} 90% {} 99% {}", q(0.01), q(0.1), q(0.5), q(0.9), q(0.99));
-        }
-    }
     // Back halfway, and again, while more polygons are turned over than at first.
     let allowed = turned(mesh, &start, copies);
     for _ in 0..4 {

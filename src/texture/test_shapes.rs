@@ -64,5 +64,11 @@ pub fn leafy(side: u32) -> Exemplar {
             if value(x / 2, 5000 + y / 2) < 1.0 / 12.0 { 0 } else { 255 },
         ])
     });
-    Exemplar { image, window_px: Rect { x: 0, y: 0, width: side, height: side }, scale: 1.0, gap_fraction: 1.0 / 12.0 }
+    Exemplar {
+        image,
+        window_px: Rect { x: 0, y: 0, width: side, height: side },
+        scale: 1.0,
+        gap_fraction: 1.0 / 12.0,
+        delta_e: 0.0,
+    }
 }

@@ -11,9 +11,10 @@ use image::codecs::png::PngDecoder;
 use image::{DynamicImage, ImageDecoder, Limits, RgbaImage};
 use serde::de::DeserializeOwned;
 
-use super::{Extras, MAX_TEXTURE_PX, MeshExtras, Part, srgb_from_linear};
+use super::{Extras, MAX_TEXTURE_PX, MeshExtras, Part};
 use crate::geom::{PolyMesh, Surface};
 use crate::model::{About, ModelCrown, TreeModel, Trunk};
+use crate::raster::to_srgb;
 use crate::{Error, Result};
 
 /// Reads a model that [`write`](super::write()) wrote.
@@ -97,7 +98,7 @@ impl<'a> Reader<'a> {
             Part::Trunk {} if model.trunk.is_some() => return Err(foreign("it has two trunks")),
             Part::Trunk {} => {
                 let [r, g, b, _] = looks.base_color_factor.0;
-                model.trunk = Some(Trunk { surface, bark: [r, g, b].map(srgb_from_linear) });
+                model.trunk = Some(Trunk { surface, bark: [r, g, b].map(to_srgb) });
             }
         }
         Ok(())

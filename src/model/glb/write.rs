@@ -10,14 +10,14 @@ use gltf::json::material::{AlphaCutoff, AlphaMode, PbrBaseColorFactor, PbrMetall
 use gltf::json::texture::{MagFilter, MinFilter, WrappingMode};
 use gltf::json::validation::{Checked::Valid, USize64};
 use gltf::json::{Index, Material, Mesh, Node, Root};
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{DynamicImage, ExtendedColorType, ImageEncoder, RgbaImage};
+use image::{DynamicImage, RgbaImage};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{ALPHA_CUTOFF, Extras, MeshExtras, Part, linear_from_srgb};
+use super::{Extras, MeshExtras, Part};
 use crate::geom::{Bounds, Surface};
 use crate::model::TreeModel;
+use crate::raster::{self, ALPHA_CUTOFF, PngEffort, to_linear};
 use crate::{Error, Result};
 
 /// Writes the model as a GLB file. Same model, same bytes.
@@ -148,7 +148,7 @@ impl Writer {
         })
     }
 
-    /// The material of a crown: its chart goes round in U and ends at the poles in V.
+    /// The material of a crown: its chart stays within the image, with a gutter, so that nothing wraps.
     fn foliage(&mut self, name: &str, picture: &[u8]) -> Index<Material> {
         let view = self.view(picture, None);
         let source = self.root.push(json::Image {
@@ -163,7 +163,7 @@ impl Writer {
             self.root.push(json::texture::Sampler {
                 mag_filter: Some(Valid(MagFilter::Linear)),
                 min_filter: Some(Valid(MinFilter::LinearMipmapLinear)),
-                wrap_s: Valid(WrappingMode::Repeat),
+                wrap_s: Valid(WrappingMode::ClampToEdge),
                 wrap_t: Valid(WrappingMode::ClampToEdge),
                 ..Default::default()
             });
@@ -181,7 +181,7 @@ impl Writer {
     }
 
     fn bark(&mut self, srgb: [u8; 3]) -> Index<Material> {
-        let [r, g, b] = srgb.map(linear_from_srgb);
+        let [r, g, b] = srgb.map(to_linear);
         let pbr_metallic_roughness = matt([r, g, b, 1.0]);
         self.root.push(Material { name: Some("bark".to_owned()), pbr_metallic_roughness, ..Material::default() })
     }
@@ -212,19 +212,13 @@ fn matt(colour: [f32; 4]) -> PbrMetallicRoughness {
     }
 }
 
-/// The texture as a PNG file, without its alpha channel when that says nothing. Foliage barely compresses: the highest level
-/// saves another 0.5 % at most and takes up to twice as long.
+/// The texture as a PNG file, without its alpha channel when that says nothing.
 fn png(texture: &RgbaImage) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive);
-    let (width, height) = texture.dimensions();
     if texture.pixels().all(|p| p[3] == 255) {
-        let rgb = DynamicImage::ImageRgba8(texture.clone()).into_rgb8();
-        encoder.write_image(&rgb, width, height, ExtendedColorType::Rgb8).map_err(internal)?;
+        raster::png_with(&DynamicImage::ImageRgba8(texture.clone()).into_rgb8(), PngEffort::Small)
     } else {
-        encoder.write_image(texture, width, height, ExtendedColorType::Rgba8).map_err(internal)?;
+        raster::png_with(texture, PngEffort::Small)
     }
-    Ok(bytes)
 }
 
 fn extras(value: &impl Serialize) -> Result<json::Extras> {

@@ -1,0 +1,32 @@
+//! The sRGB curve (IEC 61966-2-1), for everything that is averaged or lit in linear light.
+
+use std::sync::LazyLock;
+
+/// 8-bit sRGB to linear light (IEC 61966-2-1).
+pub fn to_linear(value: u8) -> f32 {
+    static TABLE: LazyLock<[f32; 256]> = LazyLock::new(|| {
+        std::array::from_fn(|i| {
+            let s = i as f32 / 255.0;
+            if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
+        })
+    });
+    TABLE[usize::from(value)]
+}
+
+/// Linear light to 8-bit sRGB, clamped (IEC 61966-2-1).
+pub fn to_srgb(value: f32) -> u8 {
+    let v = value.clamp(0.0, 1.0);
+    let s = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    (255.0 * s).round() as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_byte_survives_linear_light() {
+        assert!((0..=255).all(|v| to_srgb(to_linear(v)) == v));
+        assert!((to_linear(188) - 0.5029).abs() < 1e-4);
+    }
+}
