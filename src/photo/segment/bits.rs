@@ -102,6 +102,18 @@ impl Bits {
         out
     }
 
+    /// The disc around a pixel, in a picture of this size.
+    pub fn disc(&self, x: u32, y: u32, radius_px: u32) -> Self {
+        let (cx, cy, r2) = (i64::from(x), i64::from(y), i64::from(radius_px).pow(2));
+        Self::from_rows(self.width, self.height, |y, row| {
+            let reach = ((r2 - (y as i64 - cy).pow(2)) as f64).sqrt();
+            if reach >= 0.0 {
+                let (from, to) = ((cx - reach as i64).max(0) as usize, ((cx + reach as i64 + 1).max(0) as usize).min(self.width));
+                (from..to).for_each(|x| row[x / 64] |= 1 << (x % 64));
+            }
+        })
+    }
+
     /// Opening with a disc: what is narrower than the disc goes.
     pub fn open(&self, radius_px: u32) -> Self {
         self.erode(radius_px).dilate(radius_px)
@@ -175,6 +187,14 @@ impl Bits {
         // `max_by_key` keeps the last of equals; going backwards makes that the first.
         let Some(largest) = (0..runs.len()).rev().max_by_key(|&i| areas[i]) else { return self.clone() };
         self.of_runs(runs.iter().zip(&roots).filter(|(_, root)| **root == largest).map(|(run, _)| run))
+    }
+
+    /// The 8-connected component that holds a pixel; `None` when the set does not.
+    pub fn component_at(&self, x: usize, y: usize) -> Option<Self> {
+        let runs = self.runs();
+        let at = runs.iter().position(|r| r.row == y && (r.start..r.end).contains(&x))?;
+        let roots = roots(&runs, self.height, Neighbours::Eight);
+        Some(self.of_runs(runs.iter().zip(&roots).filter(|(_, root)| **root == roots[at]).map(|(run, _)| run)))
     }
 
     /// The set with every hole filled: background that no 4-connected path joins to the picture's border.

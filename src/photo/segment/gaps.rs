@@ -11,8 +11,8 @@ use super::small::Small;
 
 /// Sky share from which a pixel is a gap.
 const GAP_SHARE: f32 = 0.4;
-/// Standard deviations of foliage by which a gap differs from it at least: one leaf in a hundred does by chance.
-const UNLIKE_LEAVES: f32 = 2.4;
+/// Standard deviations of foliage by which a gap differs from it at least: one leaf in a thousand does by chance.
+const UNLIKE_LEAVES: f32 = 3.0;
 /// Deviation of foliage colours, 8-bit levels, that is always assumed: noise and compression.
 const NOISE: f32 = 9.0;
 /// Pixels of a side of the photograph that are looked at for statistics.
@@ -27,7 +27,8 @@ pub fn find(image: &RgbImage, scene: &Scene, crown: &Bits) -> Bits {
     let Some(sky) = sky_field(scene, &inside) else { return none() };
     let chances = chances(scene, &inside);
     let sky_colours = scene.sky.colours();
-    let mut is_sky = |p: [u8; 3], _: usize| sky_colours[usize::from(p[0] >> 3) << 10 | usize::from(p[1] >> 3) << 5 | usize::from(p[2] >> 3)];
+    let mut is_sky =
+        |p: [u8; 3], _: usize| sky_colours[usize::from(p[0] >> 3) << 10 | usize::from(p[1] >> 3) << 5 | usize::from(p[2] >> 3)];
     let Some(first) = Leaves::of(image, small, &inside, &mut is_sky) else { return none() };
     let first = Cells::new(&first, &sky, &chances);
     // Once more with what is now known: mixed pixels would count as leaves of strange colours.

@@ -29,6 +29,28 @@ pub fn segment(image: &RgbImage, hue_deg: (f64, f64), opening_px: u32, closing_p
     Steps { threshold, opened, closed, crown }
 }
 
+/// The crown that points choose among the components of the closed set: those that hold an `include` point together, or the largest
+/// without an `exclude` point. Where one holds both, a disc of `finger_px` around the excluded point goes.
+///
+/// # Errors
+/// The first included point that no component holds.
+pub fn chosen(closed: &Bits, include: &[(u32, u32)], exclude: &[(u32, u32)], finger_px: u32) -> Result<Bits, (u32, u32)> {
+    let mut left = closed.fill_holes();
+    for &(x, y) in exclude {
+        let Some(component) = left.component_at(x as usize, y as usize) else { continue };
+        let holds = |&(x, y): &(u32, u32)| component.component_at(x as usize, y as usize).is_some();
+        left = left.and(&if include.iter().any(holds) { left.disc(x, y, finger_px).not() } else { component.not() });
+    }
+    if include.is_empty() {
+        return Ok(left.largest_component());
+    }
+    let mut crown = left.and(&left.not());
+    for &(x, y) in include {
+        crown = crown.or(&left.component_at(x as usize, y as usize).ok_or((x, y))?);
+    }
+    Ok(crown)
+}
+
 /// The pixels whose hue lies in the range, both ends included.
 fn in_hue_range(image: &RgbImage, (low, high): (f64, f64)) -> Bits {
     let (width, raw) = (image.width() as usize, image.as_raw());

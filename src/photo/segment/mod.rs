@@ -109,7 +109,7 @@ impl Hints {
 /// The pixels of one tree.
 #[derive(Debug, Clone)]
 pub struct Segmentation {
-    /// The crown, holes filled: one component.
+    /// The crown, holes filled: one component, or with method hsv those that included points chose.
     pub crown: Mask,
     /// The crown and the trunk below it.
     pub tree: Mask,
@@ -174,17 +174,32 @@ fn from_mask(mask: &Mask, scene: &Scene) -> Found {
     Found { crown, steps: vec![("given mask", mask.clone())], hue_deg }
 }
 
-/// The paper's method. Hints restrict what passes the threshold; a point of the crown chooses its component.
+/// The paper's method. A rectangle restricts what passes the threshold; points choose among the components.
 fn by_hue(photo: &Photo, scene: &Scene, params: &SegmentParams, hints: &Hints, opaque: Option<&Mask>) -> Result<Found> {
     let range = hints.hue_deg.unwrap_or(hsv::HUE_OF_SHE_DEG);
     let allowed = allowed(photo, hints, opaque);
     let found = hsv::segment(&photo.image, range, params.opening_px, params.closing_px, allowed.as_ref());
+    let between = format!("between {} and {} degrees of hue", range.0, range.1);
     if found.crown.count() == 0 {
-        return Err(foliage::none(scene, format!(" between {} and {} degrees of hue", range.0, range.1)));
+        return Err(foliage::none(scene, format!(" {between}")));
+    }
+    let crown = match hints.include.is_empty() && hints.exclude.is_empty() {
+        true => found.crown,
+        false => {
+            let finger_px = photo.image.width().max(photo.image.height()) / 50;
+            hsv::chosen(&found.closed, &hints.include, &hints.exclude, finger_px).map_err(|(x, y)| Error::Hint {
+                flag: "--include",
+                expected: format!("on a patch of colour {between}, which --hue LO..HI can change"),
+                found: format!("{x},{y}, where there is none"),
+            })?
+        }
+    };
+    if crown.count() == 0 {
+        return Err(foliage::none(scene, format!(" {between} that no --exclude point removes")));
     }
     let steps =
         vec![("threshold", found.threshold.to_mask()), ("opening", found.opened.to_mask()), ("closing", found.closed.to_mask())];
-    Ok(Found { crown: found.crown, steps, hue_deg: range })
+    Ok(Found { crown, steps, hue_deg: range })
 }
 
 /// Our own.
@@ -193,7 +208,7 @@ fn by_looks(photo: &Photo, scene: &Scene, hints: &Hints, opaque: Option<&Mask>) 
     let found = auto::find(scene, hints, opaque, size);
     // Whoever points at the crown or names its colour has seen it.
     if hints.include.is_empty() && hints.hue_deg.is_none() {
-        foliage::check(scene, &found.crown)?;
+        foliage::check(&photo.image, scene, &found.crown)?;
     }
     let crown = refine::refine(&photo.image, &scene.small, &found.crown, allowed(photo, hints, opaque).as_ref());
     if crown.count() == 0 {
