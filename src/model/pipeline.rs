@@ -111,8 +111,6 @@ impl Request<'_> {
     }
 }
 
-/// The stages that [`run`] announces, and the writing that follows it.
-pub const STAGES: [&str; 6] = ["segment", "silhouette", "crown", "exemplar", "texture", "write"];
 /// All stages from the files to the files, as progress and reports name them. [`run`] announces those between the first and the last:
 /// decoding comes before it and writing (encoding the model, drawing, storing) after it.
 pub const STAGES: [&str; 8] = [DECODE, "segment", "silhouette", "crown", "exemplar", "texture", "model", WRITE];
@@ -131,17 +129,15 @@ pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
 
     let segmentations: Vec<Segmentation> =
         views.iter().map(|view| segment(&view.photo, &params.segment, &view.hints)).collect::<Result<_>>()?;
-    clock.done(STAGES[1]);
+    clock.done("segment");
 
     let products: Vec<ViewProducts> =
         views.iter().zip(segmentations).map(|(view, masks)| ViewProducts::of(&view.photo, masks, params)).collect::<Result<_>>()?;
     let outlines: Vec<Outline> = products.iter().zip(views).map(|(product, view)| product.outline(request.azimuth_rad(view))).collect();
-    clock.done(STAGES[1]);
-    let outlines: Vec<Outline> = products.iter().zip(views).map(|(product, view)| product.outline(view.azimuth_rad)).collect();
-    clock.done(STAGES[2]);
+    clock.done("silhouette");
 
     let crowns = crown::build(&outlines, &params.crown, seed)?;
-    clock.done(STAGES[3]);
+    clock.done("crown");
 
     let Some((first, photo)) = products.first().zip(views.first().map(|view| &view.photo)) else {
         return Err(Error::Internal { stage: "pipeline", what: "a request without photographs".to_owned() });
@@ -156,7 +152,7 @@ pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
             exemplar::choose(photo, &masks.crown, &masks.gaps, texels_per_px, &params.exemplar)
         })
         .collect::<Result<_>>()?;
-    clock.done(STAGES[4]);
+    clock.done("exemplar");
 
     let front = first.front(photo, params);
     let mut atlases = Vec::new();
@@ -167,7 +163,7 @@ pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
         atlases.push(texture::bake(&crown.mesh, crown.center, &blocks, exemplar, bake)?);
         counts.push(blocks.counts);
     }
-    clock.done(STAGES[5]);
+    clock.done("texture");
 
     let model = TreeModel {
         crowns: crowns.iter().zip(&atlases).map(|(crown, atlas)| ModelCrown::new(crown, atlas)).collect(),
@@ -175,7 +171,7 @@ pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
         about: about(request, &products, &exemplars),
     };
     let warnings = warnings(request, &products);
-    clock.done(STAGES[6]);
+    clock.done("model");
     Ok(ModelRun {
         model,
         views: products,
