@@ -11,6 +11,7 @@ use super::chart::{COPIES, Chart, USUAL_PART};
 use super::cut::{Cut, blend};
 use super::flat::FlatMesh;
 use super::gaps;
+use super::grain::{self, Grain};
 use super::measure::{self, Shaded};
 use super::synth::{BlockSource, VirtualTexture, mean_color};
 use crate::geom::{PolyMesh, Surface};
@@ -41,7 +42,7 @@ pub struct Atlas {
     /// The same before blending: each block cut off at its polygon's border.
     pub before: RgbaImage,
     /// Mean colour step across polygon borders ÷ mean step between neighbouring texels of the exemplar (or, where the photograph is the
-    /// texture, of the photograph at the atlas's density), before blending.
+    /// texture, of the photograph) at the density at which the chart shows it, before blending.
     pub seam_before: f64,
     /// The same in the finished atlas, over polygon borders and cuts alike.
     pub seam_after: f64,
@@ -105,11 +106,20 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
     gaps::keep_share(&mut shaded);
     let grown = |polygon: u32| texture.blocks[polygon as usize].source == BlockSource::Exemplar;
     gaps::open(&mut shaded, size, |s| grown(s.label), exemplar.gap_fraction);
-    // Metres between texels, on average.
-    let spacing_m = (f64::from(chart.extent) * texture.flat.area.sqrt() / size as f64) as f32;
-    let exemplar_step = measure::mean_step(&layer, spacing_m * texture.texels_per_m as f32);
-    let front_step = texture.front.as_ref().map_or(exemplar_step, |front| front.mean_step(spacing_m));
-    let figures = measure::steps(&shaded, size, |polygon| if grown(polygon) { exemplar_step } else { front_step });
+    let exemplar_grain = Grain::of(&layer);
+    let expected = |s: &Shaded, polygon: u32, axis: usize| match &texture.front {
+        Some(front) if !grown(polygon) => front.step(s.seen_m[axis]),
+        _ => {
+            let gain = texture.gains[polygon as usize].element_sum() / 3.0;
+            f64::from(gain) * exemplar_grain.at(s.surface_m[axis] * texture.texels_per_m as f32)
+        }
+    };
+    let mut figures = measure::steps(&shaded, size, expected);
+    if (0.0..FULL_CONTRAST).contains(&figures.inside_after) {
+        let missing = FULL_CONTRAST / figures.inside_after.max(1e-3) - 1.0;
+        grain::strengthen(&mut shaded, size, missing.min(MOST_STRENGTHENING) as f32);
+        figures = measure::steps(&shaded, size, expected);
+    }
     Ok(Atlas {
         surface: chart.surface(mesh),
         image: finish(&shaded, size, |s| s.color),
@@ -124,6 +134,10 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
 
 /// What sampling between texels takes from the finest grain, given back beforehand: measured, not a matter of taste.
 pub(super) const SHARPENING: f32 = 0.16;
+
+/// The part of its sources' texel contrast that an atlas is brought to where sampling and blending left less, and how far that may go.
+const FULL_CONTRAST: f64 = 0.95;
+const MOST_STRENGTHENING: f64 = 0.6;
 
 /// Rows that one task draws.
 const ROWS: usize = 16;
@@ -296,15 +310,18 @@ impl<'a> Painter<'a> {
         let [p, q, r] = piece.corners.map(|k| flat.corners[k] * self.density);
         let area = (b - a).perp_dot(c - a);
         // Exemplar texels per atlas texel along x and y, and the change of the weights.
+        let at = piece.corners.map(|k| self.mesh.positions[self.mesh.polygon(piece.polygon as usize)[k] as usize]);
         let along = |step: Vec2| {
             let v = step.perp_dot(c - a) / area;
             let w = (b - a).perp_dot(step) / area;
-            (((q - p) * v + (r - p) * w).length(), [-v - w, v, w])
+            let seen_m = ((at[1] - at[0]) * v + (at[2] - at[0]) * w).truncate().length();
+            (((q - p) * v + (r - p) * w).length(), [-v - w, v, w], seen_m)
         };
-        let ((x_stretch, dx), (y_stretch, dy)) = (along(Vec2::X), along(Vec2::Y));
+        let ((x_stretch, dx, x_seen_m), (y_stretch, dy, y_seen_m)) = (along(Vec2::X), along(Vec2::Y));
         let samples = |stretch: f32| if stretch.is_finite() { ((stretch - 0.35).ceil() as usize).clamp(1, 4) } else { 1 };
         let (nx, ny) = (samples(x_stretch), samples(y_stretch));
         let mut texel = self.shade(piece, w);
+        (texel.surface_m, texel.seen_m) = (Vec2::new(x_stretch, y_stretch) / self.density, Vec2::new(x_seen_m, y_seen_m));
         if nx * ny == 1 {
             return texel;
         }
@@ -355,7 +372,7 @@ impl<'a> Painter<'a> {
             label = piece.polygon;
         }
         let color = if count == 1 { own } else { blend(&parts[..count], (gain * self.mean).extend(1.0), self.variance) };
-        Shaded { polygon: piece.polygon, label, pure: count == 1, own, color }
+        Shaded { polygon: piece.polygon, label, own, color, ..Shaded::default() }
     }
 }
 

@@ -5,9 +5,10 @@
 use glam::{DVec2, Vec3, Vec4};
 use image::RgbImage;
 
+use super::SynthParams;
 use super::bake::SHARPENING;
 use super::flat::FlatMesh;
-use super::{SynthParams, measure};
+use super::grain::Grain;
 use crate::geom::PolyMesh;
 use crate::photo::delight::{ReducedCrown, Shading, foliage_at};
 use crate::raster::{Layer, Mask};
@@ -33,8 +34,8 @@ pub struct Front<'a> {
 pub(super) struct FrontLayer {
     /// Encoded sRGB 0..=255 with foliage bled over gaps and beyond the rim; alpha 0 in gaps.
     layer: Layer,
-    /// The same before sharpening and without what lies beyond the rim: what the photograph itself shows.
-    plain: Layer,
+    /// Of the photograph itself, before sharpening.
+    grain: Grain,
     /// 1 where the photograph shows this crown, well inside its rim.
     usable: Layer,
     origin_px: DVec2,
@@ -80,14 +81,14 @@ impl FrontLayer {
         }
         let usable = Layer { texels: deep.texels.iter().map(|t| Vec4::splat(f32::from(t.w > 0.9))).collect(), ..deep };
         let seen = layer.texels.iter().zip(&usable.texels).map(|(t, u)| t.truncate().extend(t.w * u.w));
-        let plain = Layer { width, height, texels: seen.collect() };
+        let grain = Grain::of(&Layer { width, height, texels: seen.collect() });
         let layer = layer.sharpened(SHARPENING);
-        Some(Self { layer, plain, usable, origin_px, texels_per_px, foot_px: front.foot_px, metres_per_px: front.metres_per_px })
+        Some(Self { layer, grain, usable, origin_px, texels_per_px, foot_px: front.foot_px, metres_per_px: front.metres_per_px })
     }
 
-    /// Mean colour step in the photograph between places that are so far apart.
-    pub(super) fn mean_step(&self, spacing_m: f32) -> f64 {
-        measure::mean_step(&self.plain, spacing_m * (self.texels_per_px / self.metres_per_px) as f32)
+    /// Mean colour step in the photograph between places that are so far apart in it.
+    pub(super) fn step(&self, distance_m: f32) -> f64 {
+        self.grain.at(distance_m * (self.texels_per_px / self.metres_per_px) as f32)
     }
 
     fn texel(&self, p: Vec3) -> (f32, f32) {

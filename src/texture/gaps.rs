@@ -70,7 +70,7 @@ mod tests {
     fn stripes() -> Vec<Option<Shaded>> {
         let texel = |i: usize| {
             let color = Vec4::new(40.0, if i / SIZE % 16 < 4 { 30.0 } else { 120.0 }, 20.0, 1.0);
-            Shaded { polygon: 0, label: u32::from(i % SIZE >= SIZE / 2), pure: true, own: color, color }
+            Shaded { polygon: 0, label: u32::from(i % SIZE >= SIZE / 2), own: color, color, ..Shaded::default() }
         };
         (0..SIZE * SIZE).map(|i| Some(texel(i))).collect()
     }

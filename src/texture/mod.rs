@@ -9,6 +9,7 @@ mod cut;
 mod flat;
 mod front;
 mod gaps;
+mod grain;
 mod matching;
 mod measure;
 mod relax;
