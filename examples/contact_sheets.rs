@@ -21,7 +21,7 @@ fn main() -> Result<()> {
     let mut arguments = std::env::args_os().skip(1).map(PathBuf::from);
     let out = arguments.next().unwrap_or_else(|| "results/local/sheets".into());
     let named: Vec<PathBuf> = arguments.collect();
-    files::ready_folder(&out)?;
+    let _folder = files::ready_folder(&out)?;
     let groups = if named.is_empty() { groups() } else { vec![("named".to_owned(), named)] };
     for (group, photos) in groups {
         let rows: Vec<(String, Result<RgbImage>)> =
