@@ -10,7 +10,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 #[non_exhaustive]
 pub enum Error {
     /// A parameter outside its range, or of the wrong kind.
-    #[error("{name} must be {expected}, but is {found}; give a value in that range")]
+    #[error("{name} must be {expected}, but is {found}; correct it or leave it out")]
     Parameter {
         /// The parameter as the command line spells it.
         name: String,
@@ -42,6 +42,12 @@ pub enum Error {
         path: PathBuf,
         /// What the system said.
         cause: std::io::Error,
+    },
+    /// A file where the folder for the results should be.
+    #[error("expected a folder for the results, but {path} is a file; choose another folder")]
+    NotAFolder {
+        /// The file.
+        path: PathBuf,
     },
     /// Two photographs whose outputs would have one name.
     #[error("{first} and {second} would both be written as {stem}.*; rename one of them, or run them into two folders with --out")]

@@ -120,8 +120,11 @@ impl Drop for ReadyFolder {
 /// temporary files that killed runs left in it more than an hour ago.
 ///
 /// # Errors
-/// [`Error::Write`] naming the folder.
+/// [`Error::NotAFolder`], or [`Error::Write`] naming the folder.
 pub fn ready_folder(folder: &Path) -> Result<ReadyFolder> {
+    if folder.is_file() {
+        return Err(Error::NotAFolder { path: folder.to_owned() });
+    }
     let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
     let ready = ReadyFolder { made: folder.ancestors().take_while(missing).map(Path::to_owned).collect() };
     let made = std::fs::create_dir_all(folder).and_then(|()| temporary_in(folder));

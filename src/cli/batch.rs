@@ -106,7 +106,7 @@ impl Batch {
     /// Runs `work` for every job, writes what it made, and prints the summary. `work` gets a function to call after each stage.
     ///
     /// # Errors
-    /// [`Error::SameStem`], [`Error::OverwritesInput`], [`Error::Write`] before any work is done; failures of single jobs only show in
+    /// [`Error::SameStem`], [`Error::OverwritesInput`], those of [`files::ready_folder`] before any work is done; failures of single jobs only show in
     /// summary and exit code.
     pub fn run(&self, plan: &Plan, work: impl Fn(&Job, &dyn Fn(&str)) -> Result<Made> + Sync) -> Result<ExitCode> {
         refuse_equal_stems(plan.jobs)?;
@@ -199,6 +199,9 @@ fn refuse_equal_stems(jobs: &[Job]) -> Result<()> {
     for job in jobs {
         // Two names that differ only in case are one file on some systems.
         if let Some(first) = seen.insert(job.stem.to_lowercase(), job) {
+            if first.photos == job.photos {
+                return Err(Error::Usage { what: format!("{} was given twice", name_of(job)), remedy: "give it once" });
+            }
             return Err(Error::SameStem { stem: job.stem.clone(), first: first.photos[0].clone(), second: job.photos[0].clone() });
         }
     }

@@ -35,7 +35,11 @@ pub fn add(command: Command) -> Command {
             .allow_hyphen_values(false)
             .value_parser(value_parser!(PathBuf)),
         )
-        .arg(option("hue", "LO..HI", "Foliage hue in degrees (0 red, 60 yellow, 120 green), low to high; She §3.1 uses 90..150"))
+        .arg(option(
+            "hue",
+            "LO..HI",
+            "Range of the foliage's hue in ° (0 red, 60 yellow, 120 green), low to high; She §3.1 uses 90..150",
+        ))
 }
 
 /// What was said about the photographs of one run.
@@ -114,7 +118,7 @@ fn whole_numbers<const N: usize>(flag: &'static str, text: &str, expected: &str)
 
 fn hue_range(text: &str) -> Result<(f64, f64)> {
     let range = text.split_once("..").and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
-    let range = range.ok_or_else(|| wrong("--hue", text, "LO..HI, two numbers of degrees, for example 45..170"))?;
+    let range = range.ok_or_else(|| wrong("--hue", text, "LO..HI, two angles in °, for example 45..170"))?;
     check_hue(range)?;
     Ok(range)
 }

@@ -10,6 +10,7 @@ mod say;
 mod segment;
 mod usage;
 
+use std::ffi::OsStr;
 use std::process::ExitCode;
 
 use clap::Command;
@@ -26,7 +27,8 @@ pub fn run() -> ExitCode {
             return if message.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS };
         }
         Err(mistake) => {
-            say::err(&format!("sphereboard: {}", usage::sentence(&mistake)));
+            let first = std::env::args_os().nth(1);
+            say::err(&format!("sphereboard: {}", usage::sentence(&mistake, first.as_deref().and_then(OsStr::to_str))));
             return ExitCode::from(2);
         }
     };
@@ -46,6 +48,9 @@ fn asks_for_help(message: &clap::Error) -> bool {
     matches!(message.kind(), DisplayHelp | DisplayHelpOnMissingArgumentOrSubcommand | DisplayVersion)
 }
 
+/// What the help of both commands closes with.
+const ABOUT_SHE: &str = "She is She et al. 2018, \"Sphere-Board\" trees, ISPRS Int. J. Geo-Inf. 7(2):45, whose method this is.";
+
 /// The whole command line, as clap sees it.
 fn command() -> Command {
     Command::new("sphereboard")
@@ -58,8 +63,8 @@ fn command() -> Command {
         )
         .subcommand_required(true)
         .arg_required_else_help(true)
-        .subcommand(model::command())
-        .subcommand(segment::command())
+        .subcommand(model::command().after_help(ABOUT_SHE))
+        .subcommand(segment::command().after_help(ABOUT_SHE))
 }
 
 /// What a command returns: its exit code, or a mistake in the arguments.

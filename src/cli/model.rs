@@ -33,7 +33,8 @@ pub fn command() -> Command {
                 .num_args(1..)
                 .value_parser(value_parser!(PathBuf))
                 .help("Photographs of one tree each: JPEG, PNG, WebP, TIFF or BMP"),
-        )
+        );
+    let command = batch::add(command)
         .arg(
             Arg::new("views")
                 .long("views")
@@ -41,6 +42,7 @@ pub fn command() -> Command {
                 .num_args(1..)
                 .conflicts_with("photos")
                 .help("Several photographs of one tree, each with the direction it was taken from in degrees, counter-clockwise seen from above; the first becomes the front and gives name, scale and texture"),
+                .help("Several photographs of one tree, each with the direction it was taken from in °, counter-clockwise seen from above: 90 stands on the right of what 0 shows; the first photograph gives name, scale and texture"),
         )
         .arg(
             Arg::new("debug-dir")
@@ -57,7 +59,7 @@ pub fn command() -> Command {
                 .default_value("1")
                 .help("Seed of every random choice; same photograph, options and seed give the same bytes"),
         );
-    let command = hints::add(batch::add(command));
+    let command = hints::add(command);
     let command = options::add::<SizeParams>(command, "Size");
     let command = options::add::<CrownParams>(command, "Crown surface (She §3.1, fig. 8-9)");
     let command = options::add::<SynthParams>(command, "Texture (She §3.2, fig. 10-12)");

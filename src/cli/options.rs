@@ -48,7 +48,7 @@ pub fn whole<T: FromStr + PartialOrd + ToString>(
 
 fn option(spec: &ParamSpec) -> Arg {
     let range = spec.with_unit(&spec.kind.range());
-    let short = format!("{} [default: {}; {range}]", spec.meaning, spec.with_unit(&spec.default));
+    let short = format!("{} [default: {}; {range}]", spec.meaning, spec.default);
     let words = match spec.kind {
         Kind::Choice(words) => words.iter().map(|(word, meaning)| format!("\n  {word}: {meaning}")).collect(),
         _ => String::new(),
@@ -58,7 +58,12 @@ fn option(spec: &ParamSpec) -> Arg {
         .value_name(value_name(spec))
         .allow_negative_numbers(true)
         .help(short.clone())
-        .long_help(format!("{short}{words}\n  Source: {}", spec.source))
+        .long_help(format!("{short}{words}\n  {}", origin(spec.source)))
+}
+
+/// Where the default comes from, for people who do not know how the tables say it.
+fn origin(source: &str) -> String {
+    source.strip_prefix("ours: ").map_or_else(|| format!("From {source}"), |reason| format!("Why: {reason}"))
 }
 
 fn value_name(spec: &ParamSpec) -> &'static str {

@@ -2,11 +2,12 @@
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
-/// The sentence, without the program's name.
-pub fn sentence(error: &clap::Error) -> String {
+/// The sentence, without the program's name. `command` is the first argument, a command's name or not.
+pub fn sentence(error: &clap::Error, command: Option<&str>) -> String {
     let text = |kind: ContextKind| error.get(kind).map(words).unwrap_or_default();
     let (arg, prior, value) = (text(ContextKind::InvalidArg), text(ContextKind::PriorArg), text(ContextKind::InvalidValue));
-    let help = help_for(&text(ContextKind::Usage));
+    let known = command.filter(|name| ["model", "segment"].contains(name)).map(|name| format!("{name} "));
+    let help = format!("`sphereboard {}--help`", known.unwrap_or_default());
     let meant = |suggested: String| if suggested.is_empty() { String::new() } else { format!(", but perhaps {suggested}") };
     match error.kind() {
         ErrorKind::UnknownArgument => {
@@ -16,11 +17,14 @@ pub fn sentence(error: &clap::Error) -> String {
             "expected a command, model or segment, but found {}; write for example `sphereboard model oak.jpg --out trees`",
             text(ContextKind::InvalidSubcommand),
         ),
-        ErrorKind::MissingRequiredArgument => format!("expected also {arg}, but found none; {help} explains it"),
+        ErrorKind::MissingRequiredArgument => format!("{arg} must be given, but is missing; {help} explains it"),
         ErrorKind::ArgumentConflict if prior.is_empty() || prior == arg => {
             format!("{arg} was given more than once, but means one thing; give it once")
         }
         ErrorKind::ArgumentConflict => format!("{arg} and {prior} cannot be used together; leave one of them out"),
+        ErrorKind::InvalidValue if value.is_empty() && arg.starts_with("PHOTO") => {
+            format!("expected the name of a photograph, but found an empty one; {help} explains it")
+        }
         ErrorKind::InvalidValue | ErrorKind::TooFewValues | ErrorKind::WrongNumberOfValues if value.is_empty() => {
             format!("{arg} needs a value behind it, but has none; {help} explains it")
         }
@@ -35,14 +39,10 @@ pub fn sentence(error: &clap::Error) -> String {
 }
 
 fn words(value: &ContextValue) -> String {
-    match value {
+    let text = match value {
         ContextValue::Strings(all) => all.join(" and "),
         other => other.to_string(),
-    }
-}
-
-/// Where the command that was meant explains itself, by its usage line.
-fn help_for(usage: &str) -> String {
-    let command = ["model", "segment"].into_iter().find(|name| usage.contains(&format!("sphereboard {name}")));
-    command.map_or_else(|| "`sphereboard --help`".to_owned(), |name| format!("`sphereboard {name} --help`"))
+    };
+    // Brackets around what may be left out are for usage lines.
+    text.replace("[PHOTO]...", "PHOTO...").replace("<PHOTO>...", "PHOTO...")
 }

@@ -54,7 +54,7 @@ crate::params! {
     pub struct CrownParams {
         /// How many polygons the crowns have: about 300, 2,200 or 8,000.
         detail: Detail = Detail::Medium, unit "", source "She table 1: 56 triangles + 2,124 quads";
-        /// How strongly the crown's points are disturbed: 0 leaves the revolved crown as it is, 1 is the default; multiplies the three sizes below.
+        /// How strongly the crown's points are disturbed: 0 leaves the revolved crown as it is, 1 is the default; multiplies the three semi-axes below.
         disturb: f64 = 1.0, in 0.0..=3.0, unit "", source "ours: one control for She §3.1, fig. 9d";
         /// Ellipsoid for disturbing feature points (EDFP): semi-axis across the surface, as a fraction of the crown's radius there.
         edfp_radial: f64 = 0.09, in 0.0..=0.5, unit "", source "ours: She gives no sizes; this one makes lumps without spikes";

@@ -189,8 +189,9 @@ fn same_seed_same_crown_other_seed_other_crown() {
 fn without_disturbance_every_point_stays_where_the_outlines_put_it() {
     let mask = &awkward()[0].1;
     let outline = Subject::new(mask, mask, 0.0).outline;
-    let of =
-        |disturb: f64| build(&[outline.clone()], &CrownParams { disturb, ..with_detail(Detail::Low) }, Seed(1)).unwrap().remove(0);
+    let of = |disturb: f64| {
+        build(std::slice::from_ref(&outline), &CrownParams { disturb, ..with_detail(Detail::Low) }, Seed(1)).unwrap().remove(0)
+    };
     let (still, usual, wild) = (of(0.0), of(1.0), of(2.0));
     assert_eq!(still.cloud, still.disturbed);
     let moved = |crown: &Crown| crown.cloud.iter().zip(&crown.disturbed).map(|(a, b)| a.distance(*b)).sum::<f32>();

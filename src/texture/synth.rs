@@ -29,7 +29,7 @@ crate::params! {
         /// Texture of the polygons that faced the camera.
         front: FrontChoice = FrontChoice::Photo, unit "", source "ours: the tree on the map should be the tree in the picture";
         /// Largest angle between a polygon's normal and the camera at which it takes the photograph's texture.
-        front_angle_deg: f64 = 52.0, in 5.0..=80.0, unit "°", source "ours: beyond it the photograph would stretch by more than 1.6";
+        front_angle_deg: f64 = 52.0, in 5.0..=80.0, unit "°", source "ours: beyond it the photograph would be stretched more than 1.6 times";
         /// Largest lean of a block of texture from upright; one that leans further is matched anew.
         block_lean_deg: f64 = 25.0, in 0.0..=180.0, unit "°", source "ours: leaves hang, so their texture must not lie on its side";
     }
