@@ -12,6 +12,8 @@ use crate::raster::Mask;
 
 /// Sky share from which a pixel is a gap.
 const GAP_SHARE: f32 = 0.4;
+/// Sky share that is a gap however much the foliage varies.
+const SURE_SHARE: f32 = 0.8;
 /// Standard deviations of foliage by which a gap differs from it at least: one leaf in a thousand does by chance.
 const UNLIKE_LEAVES: f32 = 3.0;
 /// Deviation of foliage colours, 8-bit levels, that is always assumed: noise and compression.
@@ -156,7 +158,11 @@ impl Cells {
             offset.push(along.dot(leaf) / squared);
             let chance = chances[i / width.max(1)];
             let noise = UNLIKE_LEAVES / squared.sqrt();
-            enough.push(if chance < 0.05 { f32::INFINITY } else { noise.max(GAP_SHARE) + 0.4 * (1.0 - chance).powi(2) });
+            enough.push(if chance < 0.05 {
+                f32::INFINITY
+            } else {
+                noise.clamp(GAP_SHARE, SURE_SHARE) + 0.4 * (1.0 - chance).powi(2)
+            });
         }
         Self { direction, offset, enough }
     }
