@@ -8,22 +8,25 @@ use image::RgbImage;
 use super::bits::Bits;
 use super::features::Scene;
 use super::small::Small;
+use crate::raster::Mask;
 
 /// Sky share from which a pixel is a gap.
 const GAP_SHARE: f32 = 0.4;
+/// Sky share that is a gap however much the foliage varies.
+const SURE_SHARE: f32 = 0.8;
 /// Standard deviations of foliage by which a gap differs from it at least: one leaf in a thousand does by chance.
 const UNLIKE_LEAVES: f32 = 3.0;
 /// Deviation of foliage colours, 8-bit levels, that is always assumed: noise and compression.
 const NOISE: f32 = 9.0;
 /// Pixels of a side of the photograph that are looked at for statistics.
-const SAMPLES: usize = 1000;
+const SAMPLES: usize = 600;
 
-/// The crown's pixels that show mostly sky; none where no sky stands beside or above the crown.
-pub fn find(image: &RgbImage, scene: &Scene, crown: &Bits) -> Bits {
+/// The crown's pixels that show mostly sky (the crown is given both ways); none where no sky stands beside or above the crown.
+pub fn find(image: &RgbImage, scene: &Scene, crown: &Bits, crown_mask: &Mask) -> Bits {
     let (width, height) = (image.width() as usize, image.height() as usize);
     let none = || Bits::from_rows(width, height, |_, _| ());
     let small = &scene.small;
-    let inside = Small::new_mask(&crown.to_mask(), small);
+    let inside = Small::new_mask(crown_mask, small);
     let Some(sky) = sky_field(scene, &inside) else { return none() };
     let chances = chances(scene, &inside);
     let sky_colours = scene.sky.colours();
@@ -36,15 +39,16 @@ pub fn find(image: &RgbImage, scene: &Scene, crown: &Bits) -> Bits {
     let Some(leaves) = Leaves::of(image, small, &inside, &mut is_mixed) else { return none() };
     let cells = Cells::new(&leaves, &sky, &chances);
     let columns: Vec<usize> = (0..width).map(|x| x * small.width / width).collect();
-    let raw = image.as_raw();
-    Bits::from_rows(width, height, |y, row| {
+    let (raw, spans) = (image.as_raw(), crown.spans());
+    let like = Bits::from_rows(width, height, |y, row| {
+        let Some((start, end)) = spans[y] else { return };
         let from = y * small.height / height * small.width;
-        for (x, p) in raw[3 * y * width..3 * (y + 1) * width].chunks_exact(3).enumerate() {
+        for (x, p) in (start..end).zip(raw[3 * (y * width + start)..].chunks_exact(3)) {
             let cell = from + columns[x];
             row[x / 64] |= u64::from(cells.share(cell, [p[0], p[1], p[2]]) > cells.enough[cell]) << (x % 64);
         }
-    })
-    .and(crown)
+    });
+    like.and(crown)
 }
 
 fn vec3(p: [u8; 3]) -> Vec3 {
@@ -154,7 +158,11 @@ impl Cells {
             offset.push(along.dot(leaf) / squared);
             let chance = chances[i / width.max(1)];
             let noise = UNLIKE_LEAVES / squared.sqrt();
-            enough.push(if chance < 0.05 { f32::INFINITY } else { noise.max(GAP_SHARE) + 0.4 * (1.0 - chance).powi(2) });
+            enough.push(if chance < 0.05 {
+                f32::INFINITY
+            } else {
+                noise.clamp(GAP_SHARE, SURE_SHARE) + 0.4 * (1.0 - chance).powi(2)
+            });
         }
         Self { direction, offset, enough }
     }

@@ -245,12 +245,13 @@ fn enlarge(set: &[bool], small: &Small, (width, height): (u32, u32)) -> Mask {
 fn complete(photo: &Photo, scene: &Scene, found: Found) -> Segmentation {
     let size = photo.image.dimensions();
     let Found { crown: bits, mut steps, hue_deg } = found;
-    let (bits, tree) = match trunk::find(&photo.image, &bits).map(|strip| strip.take_stalk(&bits)) {
+    let drawn = bits.to_mask();
+    let (bits, tree) = match trunk::find(&photo.image, &drawn).map(|strip| strip.take_stalk(&bits)) {
         Some((strip, crown)) => (crown.clone(), crown.or(&strip.draw(size))),
         None => (bits.clone(), bits),
     };
+    let gaps = gaps::find(&photo.image, scene, &bits, &drawn).to_mask();
     let crown = bits.to_mask();
-    let gaps = gaps::find(&photo.image, scene, &bits).to_mask();
     steps.push(("crown", crown.clone()));
     steps.push(("outline", bits.outline().to_mask()));
     let warnings = warnings(&bits, size);

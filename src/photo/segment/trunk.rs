@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::bits::Bits;
 use super::small::Small;
+use crate::raster::Mask;
 
 /// Long side of the picture in which the trunk is looked for: a slender trunk is still some pixels wide.
 const LONG_SIDE_PX: u32 = 512;
@@ -19,8 +20,8 @@ const IN_CROWN: f32 = 0.9;
 /// Part of the crown's height above its base in which its trunk may already show.
 const INSIDE: f32 = 0.4;
 /// Sideways steps per row that are tried: up to 17° to both sides.
-const SLOPES: std::ops::RangeInclusive<i32> = -15..=15;
-const SLOPE_STEP: f32 = 0.02;
+const SLOPES: std::ops::RangeInclusive<i32> = -10..=10;
+const SLOPE_STEP: f32 = 0.03;
 /// Usual width of a trunk in crown widths, and the widest.
 const USUAL_WIDTH: f32 = 0.05;
 const WIDEST: f32 = 0.16;
@@ -38,9 +39,9 @@ pub struct Strip {
 }
 
 /// The trunk below a crown; `None` when no strip stands out.
-pub fn find(image: &RgbImage, crown: &Bits) -> Option<Strip> {
+pub fn find(image: &RgbImage, crown: &Mask) -> Option<Strip> {
     let small = Small::with_long_side(image, LONG_SIDE_PX);
-    let inside = Small::new_mask(&crown.to_mask(), &small);
+    let inside = Small::new_mask(crown, &small);
     let place = Place::of(&small, &inside)?;
     let sums = row_sums(&small, place.rows.0);
     let widest = ((place.width * WIDEST) as usize).max(3);
@@ -49,7 +50,8 @@ pub fn find(image: &RgbImage, crown: &Bits) -> Option<Strip> {
     let best = widths.par_iter().filter_map(|&w| place.best_line(&small, &inside, &sums, w)).collect::<Vec<_>>();
     let line = best.into_iter().max_by(|a, b| a.score.total_cmp(&b.score))?;
     let scale = image.width() as f32 / small.width as f32;
-    let at = |y: usize| [(line.x_at(place.anchor, y) + 0.5) * scale, y as f32 * scale];
+    let line = place.fit_width(&sums, line);
+    let at = |y: usize| [(line.x_at(place.anchor, y) + if line.width % 2 == 1 { 0.5 } else { 0.0 }) * scale, y as f32 * scale];
     Some(Strip { top: at(line.top), foot: at(line.foot + 1), width: line.width as f32 * scale })
 }
 
@@ -133,7 +135,7 @@ fn contrast(sums: &[[f32; 3]], x: usize, width: usize) -> f32 {
     let Some(middle) = mean(left, right) else { return 0.0 };
     let differs = |side: Option<[f32; 3]>| side.map_or(0.0, |s| (0..3).map(|c| (s[c] - middle[c]).powi(2)).sum::<f32>().sqrt());
     let clear = differs(mean(left - flank as i64, left)).min(differs(mean(right, right + flank as i64)));
-    clear.min(CLEAREST) - unlike_bark(middle)
+    clear - unlike_bark(middle)
 }
 
 impl Place {
@@ -154,7 +156,7 @@ impl Place {
         let evidence: Vec<f32> = (self.rows.0..self.rows.1)
             .flat_map(|y| (0..small.width).map(move |x| (x, y)))
             .map(|(x, y)| {
-                let v = contrast(&sums[y - self.rows.0], x, width) - CLEAR;
+                let v = contrast(&sums[y - self.rows.0], x, width).min(CLEAREST) - CLEAR;
                 if crown[y * small.width + x] { (IN_CROWN * v).max(-0.4 * CLEAR) } else { v }
             })
             .collect();
@@ -164,6 +166,21 @@ impl Place {
         let scored = lines
             .filter_map(|(slope, x)| self.score(small, crown, &evidence, Line { x, slope, width, top: 0, foot: 0, score: 0.0 }));
         scored.max_by(|a, b| a.score.total_cmp(&b.score))
+    }
+
+    /// The line with the width and place that have the greatest contrast: a wider strip is mixed with what stands beside the trunk, and
+    /// the flanks of a narrower one are bark.
+    fn fit_width(&self, sums: &[Vec<[f32; 3]>], line: Line) -> Line {
+        let widths =
+            ((line.width * 2 / 3).max(2)..=line.width * 5 / 4).flat_map(|width| (-1..=1).map(move |shift| (width, shift as f32)));
+        let fitted = widths.map(|(width, shift)| {
+            let moved = Line { x: line.x + shift, width, ..line };
+            let rows = moved.top..=moved.foot;
+            let sum: f32 =
+                rows.map(|y| contrast(&sums[y - self.rows.0], moved.x_at(self.anchor, y).round().max(0.0) as usize, width)).sum();
+            (sum, moved)
+        });
+        fitted.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(line, |(_, moved)| moved)
     }
 
     /// Where the line's evidence begins and ends, and its sum times how usual such a trunk is.
