@@ -1,17 +1,23 @@
 //! Learns the weights of `--method auto` from photographs with drawn crowns, and says what they are worth on photographs they have
 //! not seen.
 //!
-//! `cargo run --release --example train_segmentation -- PHOTOS MASKS [weights.rs]`; a mask is `<stem>_crown.png`.
+//! `cargo run --release --example train_segmentation [-- src/photo/segment/weights.rs]` reads the photographs from the shared folder and
+//! the crowns' outlines from `examples/data/crown_outlines.csv` (our own: photograph, corners in its pixels), prints the intersection
+//! over union of both looks and of the shaped crown, in the reduced picture, by weights from the other folds, then of the pairs by the
+//! weights from all photographs; those it writes to the file named, if any.
 
 use std::path::{Path, PathBuf};
 
+use glam::DVec2;
 use image::RgbImage;
 use rayon::prelude::*;
 use sphereboard::Seed;
+use sphereboard::files::shared_folder;
 use sphereboard::photo::segment::features::{FIRST, SECOND, Scene};
 use sphereboard::photo::segment::model::{Look, Term};
 use sphereboard::photo::segment::shape::crown;
 use sphereboard::photo::segment::small::Small;
+use sphereboard::raster::{Mask, fill_polygon};
 
 /// Parts cut from each photograph, in addition to the whole.
 const PARTS: usize = 8;
@@ -35,16 +41,19 @@ struct Example {
 
 fn example(photo: usize, image: &RgbImage, mask: &RgbImage) -> Example {
     let scene = Scene::new(Small::new(image));
-    let truth = Small::new(mask).rgb.iter().map(|c| c[0] >= 128.0).collect();
     let first = scene.first();
-    Example { photo, scene, truth, first }
+    Example { photo, scene, truth: truth(&Small::new(mask)), first }
+}
+
+/// The white pixels of a reduced mask.
+fn truth(mask: &Small) -> Vec<bool> {
+    mask.rgb.iter().map(|c| c[0] >= 128.0).collect()
 }
 
 /// The photograph, and parts of it that keep most of the crown.
-fn examples(photo: usize, path: &Path, mask: &Path) -> Vec<Example> {
-    let image = image::open(path).expect("a photograph").to_rgb8();
-    let mask = image::open(mask).expect("a mask").to_rgb8();
-    let mut out = vec![example(photo, &image, &mask)];
+fn examples(photo: usize, row: &Row) -> Vec<Example> {
+    let (image, mask) = (open(&row.image), &row.masks[0]);
+    let mut out = vec![example(photo, &image, mask)];
     let (w, h) = image.dimensions();
     for part in 0..PARTS {
         let mut draws = Seed(1).keyed("part", (photo * 64 + part) as u64);
@@ -57,13 +66,13 @@ fn examples(photo: usize, path: &Path, mask: &Path) -> Vec<Example> {
         for p in light.pixels_mut() {
             (0..3).for_each(|c| p.0[c] = (255.0 * gain[c] * (f64::from(p.0[c]) / 255.0).powf(gamma)).min(255.0) as u8);
         }
-        out.push(example(photo, &light, &crop(&mask)));
+        out.push(example(photo, &light, &crop(mask)));
     }
     out
 }
 
 /// A learned look that owns its numbers.
-#[derive(Clone, serde::Serialize, serde::Deserialize)]
+#[derive(Clone)]
 struct Learned {
     terms: Vec<Term>,
     bias: f32,
@@ -167,7 +176,7 @@ fn learn(rows: &[Row]) -> Vec<Looks> {
         .par_iter()
         .enumerate()
         .filter(|(_, r)| !HELD_OUT.contains(&r.name.as_str()))
-        .flat_map_iter(|(i, r)| examples(i, &r.image, &r.masks[0]))
+        .flat_map_iter(|(i, r)| examples(i, r))
         .collect();
     println!("{} pictures", all.len());
     // Each picture's first look is by weights that have not seen its photograph.
@@ -191,122 +200,91 @@ fn learn(rows: &[Row]) -> Vec<Looks> {
     weights
 }
 
+/// A photograph and its crown as drawn, white on black, by one person or two.
 struct Row {
     name: String,
     image: PathBuf,
-    masks: Vec<PathBuf>,
+    masks: Vec<RgbImage>,
+}
+
+fn open(path: &Path) -> RgbImage {
+    image::open(path).expect("a picture").to_rgb8()
 }
 
 fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
+/// The pictures of `PAIRS.csv` with one green tree whose mask a person drew.
 fn pairs(folder: &Path) -> Vec<Row> {
     let table = std::fs::read_to_string(folder.join("PAIRS.csv")).expect("PAIRS.csv in the folder");
     let rows = table.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
     let wanted = |r: &Vec<&str>| ["human", "exact-alpha", "drawn"].contains(&r[3]) && r[4] == "yes" && r[5] == "yes";
-    rows.filter(wanted)
-        .map(|r| Row {
-            name: stem(Path::new(r[0])),
-            image: folder.join(r[0]),
-            masks: r[1..3].iter().filter(|m| !m.is_empty()).map(|m| folder.join(m)).collect(),
-        })
-        .collect()
+    let masks = |r: &[&str]| r[1..3].iter().filter(|m| !m.is_empty()).map(|m| open(&folder.join(m))).collect();
+    rows.filter(wanted).map(|r| Row { name: stem(Path::new(r[0])), image: folder.join(r[0]), masks: masks(&r) }).collect()
 }
 
-/// Pictures of a folder whose crown lies in another as `<stem>_crown.png`.
-fn drawn(photos: &Path, masks: &Path) -> Vec<Row> {
-    let mut files: Vec<_> = std::fs::read_dir(photos).expect("a folder").map(|e| e.expect("readable").path()).collect();
-    files.sort();
-    let row = |image: PathBuf| Row { name: stem(&image), masks: vec![masks.join(format!("{}_crown.png", stem(&image)))], image };
-    files.into_iter().map(row).filter(|r| r.masks[0].exists()).collect()
+/// The photographs of the table of outlines: `file,"x,y x,y …"`.
+fn drawn(photos: &Path, outlines: &Path) -> Vec<Row> {
+    let table = std::fs::read_to_string(outlines).expect("the table of outlines");
+    let row = |line: &str| {
+        let (file, outline) = line.split_once(',').expect("a file and its outline");
+        let number = |v: &str| v.parse::<f64>().expect("a coordinate");
+        let corner = |c: &str| c.split_once(',').map(|(x, y)| DVec2::new(number(x), number(y)) + 0.5).expect("x,y");
+        let corners: Vec<DVec2> = outline.trim_matches('"').split_whitespace().map(corner).collect();
+        let image = photos.join(file);
+        let (width, height) = image::image_dimensions(&image).expect("a photograph");
+        let mut mask = Mask::new(width, height);
+        fill_polygon(&mut mask, &corners);
+        // The outline's own pixels belong to the crown.
+        let mut mask = mask.to_gray();
+        for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            let pixel = |p: &DVec2| (p.x.floor() as f32, p.y.floor() as f32);
+            imageproc::drawing::draw_line_segment_mut(&mut mask, pixel(a), pixel(b), image::Luma([255]));
+        }
+        Row { name: stem(&image), image, masks: vec![image::DynamicImage::from(mask).to_rgb8()] }
+    };
+    table.lines().skip(1).map(row).collect()
 }
 
 /// Prints the table of a set; `weights` gives those that have not seen the picture.
-fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Looks + Sync, out: &Path) {
-    let results: Vec<Vec<f64>> = rows
-        .par_iter()
-        .enumerate()
-        .map(|(i, row)| {
-            let scene = Scene::new(Small::new(&image::open(&row.image).expect("a photograph").to_rgb8()));
-            let looks = judge(&weights(i), &scene);
-            let shape = crown(&scene, &looks);
-            let shape: Vec<f32> = shape.iter().map(|&s| if s { 1.0 } else { -1.0 }).collect();
-            let (w, h) = (scene.small.width as u32, scene.small.height as u32);
-            let draw = |suffix: &str, values: &[f32]| {
-                let grey = values.iter().map(|v| (255.0 / (1.0 + (-v).exp())) as u8).collect();
-                image::GrayImage::from_raw(w, h, grey)
-                    .expect("one byte a pixel")
-                    .save(out.join(format!("{}.{suffix}.png", row.name)))
-                    .expect("written");
-            };
-            for (look, name) in looks.iter().zip(["first", "second", "third"]) {
-                draw(name, look);
-            }
-            draw("shape", &shape.iter().map(|v| 20.0 * v).collect::<Vec<_>>());
-            draw(
-                "sky",
-                &scene
-                    .sky
-                    .likeness
-                    .iter()
-                    .zip(&scene.sky.grown)
-                    .map(|(l, g)| 8.0 * (l - 0.5) + if *g { 4.0 } else { -4.0 })
-                    .collect::<Vec<_>>(),
-            );
-            looks
-                .iter()
-                .chain([&shape])
-                .map(|l| {
-                    row.masks
-                        .iter()
-                        .map(|m| {
-                            let truth: Vec<bool> =
-                                Small::new(&image::open(m).expect("a mask").to_rgb8()).rgb.iter().map(|c| c[0] >= 128.0).collect();
-                            iou(l, &truth)
-                        })
-                        .fold(0.0, f64::max)
-                })
-                .collect()
-        })
-        .collect();
+fn report(title: &str, rows: &[Row], weights: impl Fn(usize) -> Looks + Sync) {
+    let measure = |(i, row): (usize, &Row)| {
+        let scene = Scene::new(Small::new(&open(&row.image)));
+        let looks = judge(&weights(i), &scene);
+        let shape = crown(&scene, &looks).iter().map(|&s| if s { 1.0 } else { -1.0 }).collect();
+        let truths: Vec<Vec<bool>> = row.masks.iter().map(|m| truth(&Small::new(m))).collect();
+        let best = |stage: &Vec<f32>| truths.iter().map(|t| iou(stage, t)).fold(0.0, f64::max);
+        looks.iter().chain([&shape]).map(best).collect::<Vec<f64>>()
+    };
+    let results: Vec<Vec<f64>> = rows.par_iter().enumerate().map(measure).collect();
     for (row, ious) in rows.iter().zip(&results) {
         println!("{:40} {}", row.name, ious.iter().map(|v| format!("{v:.3} ")).collect::<String>());
     }
     print!("{title}:");
-    for look in 0..=LOOKS {
-        let mut v: Vec<f64> = results.iter().map(|r| r[look]).collect();
+    for stage in 0..=LOOKS {
+        let mut v: Vec<f64> = results.iter().map(|r| r[stage]).collect();
         v.sort_by(f64::total_cmp);
-        print!(
-            "  mean {:.3} median {:.3} low {}",
-            v.iter().sum::<f64>() / v.len() as f64,
-            v[v.len() / 2],
-            v.iter().filter(|&&v| v < 0.5).count()
-        );
+        let (mean, low) = (v.iter().sum::<f64>() / v.len() as f64, v.iter().filter(|&&v| v < 0.5).count());
+        print!("  mean {mean:.3} median {:.3} low {low}", v[v.len() / 2]);
     }
     println!();
 }
 
 fn main() {
-    let args: Vec<String> = std::env::args().skip(1).collect();
-    let single = drawn(Path::new(&args[0]), Path::new(&args[1]));
-    let (cache, out) = (Path::new(&args[3]), Path::new(&args[4]));
-    let weights: Vec<Looks> = if cache.exists() {
-        serde_json::from_slice(&std::fs::read(cache).expect("readable")).expect("weights")
-    } else {
-        let weights = learn(&single);
-        std::fs::write(cache, serde_json::to_vec(&weights).expect("numbers")).expect("written");
-        weights
+    let Some(photos) = shared_folder().map(|f| f.join("photos")).filter(|f| f.exists()) else {
+        println!("SKIPPED: no shared photographs");
+        return;
     };
-    report("photographs of the training set, unseen", &single, |i| weights[i % FOLDS].clone(), out);
-    report("pairs", &pairs(Path::new(&args[2])), |_| weights[FOLDS].clone(), out);
-    if let Some(file) = args.get(5) {
-        let names = ["FIRST_LOOK", "SECOND_LOOK", "THIRD_LOOK"];
+    let single = drawn(&photos.join("single"), &Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data/crown_outlines.csv"));
+    let weights = learn(&single);
+    report("photographs of the training set, unseen", &single, |i| weights[i % FOLDS].clone());
+    report("pairs", &pairs(&photos.join("pairs")), |_| weights[FOLDS].clone());
+    if let Some(file) = std::env::args().nth(1) {
+        let names = ["FIRST_LOOK", "SECOND_LOOK"];
         let tables: String =
             names.iter().zip(&weights[FOLDS]).map(|(n, l)| format!("\n/// Learned.\n{}", rust_table(n, l))).collect();
-        let text = format!(
-            "//! Weights learned by `examples/train_segmentation.rs`; not to be edited.\n\nuse super::model::Look;\n{tables}"
-        );
-        std::fs::write(file, text).expect("a written table");
+        let head = "//! Weights learned by `examples/train_segmentation.rs`; not to be edited.\n\nuse super::model::Look;\n";
+        std::fs::write(file, format!("{head}{tables}")).expect("a written table");
     }
 }

@@ -56,7 +56,7 @@ impl Scene {
 
     /// The first look, `FIRST` numbers per pixel.
     pub fn first(&self) -> Vec<f32> {
-        let (w, h) = (self.small.width, self.small.height);
+        let w = self.small.width;
         let count = self.small.count();
         let sky = Open::new(self);
         let over = |value: &(dyn Fn(f32, f32) -> f32 + Sync)| -> Plane {
@@ -77,7 +77,6 @@ impl Scene {
         let mut out = vec![0.0; count * FIRST];
         out.par_chunks_mut(FIRST).enumerate().for_each(|(i, f)| {
             let ([l, a, b], (x, y)) = (self.small.lab[i], self.place(i));
-            let (column, row) = (i % w, i / w);
             let sides = (sky.left[i], sky.right[i]);
             f.copy_from_slice(&[
                 l / 25.0 - 2.0,
@@ -96,7 +95,7 @@ impl Scene {
                 x * x,
                 y * y,
                 sky.covered[i],
-                sky.row[row],
+                sky.row[i / w],
                 sides.0.min(sides.1),
                 sides.0.max(sides.1),
                 sky.horizon - y,
@@ -107,7 +106,6 @@ impl Scene {
                 4.0 * above[i],
                 4.0 * near_sky[i],
             ]);
-            let _ = (column, h);
         });
         out
     }

@@ -68,8 +68,7 @@ fn closest(p: &[f32; CHANNELS], centres: &[[f32; CHANNELS]]) -> u8 {
 
 fn mean(samples: &[[f32; CHANNELS]], belongs: impl Fn(usize) -> bool) -> [f32; CHANNELS] {
     let (mut sum, mut n) = ([0.0; CHANNELS], 0.0f32);
-    for (i, s) in samples.iter().enumerate().filter(|(i, _)| belongs(*i)) {
-        let _ = i;
+    for (_, s) in samples.iter().enumerate().filter(|(i, _)| belongs(*i)) {
         (0..CHANNELS).for_each(|c| sum[c] += s[c]);
         n += 1.0;
     }
