@@ -41,8 +41,10 @@ pub fn command() -> Command {
                 .value_name("PHOTO@DEG")
                 .num_args(1..)
                 .conflicts_with("photos")
-                .help("Several photographs of one tree, each with the direction it was taken from in degrees, counter-clockwise seen from above; the first becomes the front and gives name, scale and texture"),
-                .help("Several photographs of one tree, each with the direction it was taken from in °, counter-clockwise seen from above: 90 stands on the right of what 0 shows; the first photograph gives name, scale and texture"),
+                .help(
+                    "Several photographs of one tree, each with the direction it was taken from in °, counter-clockwise seen from above: \
+                     90 stands on the right of what 0 shows; the first becomes the front and gives name, scale and texture",
+                ),
         )
         .arg(
             Arg::new("debug-dir")

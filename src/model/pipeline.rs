@@ -133,7 +133,8 @@ pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
 
     let products: Vec<ViewProducts> =
         views.iter().zip(segmentations).map(|(view, masks)| ViewProducts::of(&view.photo, masks, params)).collect::<Result<_>>()?;
-    let outlines: Vec<Outline> = products.iter().zip(views).map(|(product, view)| product.outline(request.azimuth_rad(view))).collect();
+    let outlines: Vec<Outline> =
+        products.iter().zip(views).map(|(product, view)| product.outline(request.azimuth_rad(view))).collect();
     clock.done("silhouette");
 
     let crowns = crown::build(&outlines, &params.crown, seed)?;
@@ -205,7 +206,8 @@ impl ViewProducts {
         let trunk = trunk::find(&photo.image, &segmentation.crown, &segmentation.tree);
         let (top, bottom) = silhouette.contour.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.y), b.max(p.y)));
         // Where no trunk shows, the crown reaches the ground; where leaves hang lower than the trunk's foot, they touch it.
-        let foot_px = trunk.map_or(DVec2::new(silhouette.axis.base.x, bottom), |trunk| DVec2::new(trunk.foot_px.x, trunk.foot_px.y.max(bottom)));
+        let foot_px = trunk
+            .map_or(DVec2::new(silhouette.axis.base.x, bottom), |trunk| DVec2::new(trunk.foot_px.x, trunk.foot_px.y.max(bottom)));
         let metres_per_px = params.size.height_m / (foot_px.y - top).max(1.0);
         Ok(Self { segmentation, silhouette, trunk, foot_px, metres_per_px })
     }
