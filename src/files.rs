@@ -181,8 +181,12 @@ mod tests {
         assert!(staged.iter().all(|(file, _)| std::fs::read(file.path()).unwrap() == b"new"), "the new files wait, whole");
         drop(staged);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing is left behind");
+        // A second name keeps the old file where the new one takes its place, and shows it where it is written over.
+        let second = folder.path().join("second name");
+        std::fs::hard_link(&files[1].0, &second).unwrap();
         put_in_place(stage_all(&files).unwrap()).unwrap();
         assert_eq!(read(), [b"new", b"new"]);
+        assert_eq!(std::fs::read(second).unwrap(), b"old", "the file was written over");
     }
 
     #[test]

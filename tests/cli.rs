@@ -399,7 +399,7 @@ fn a_full_disk_leaves_nothing_behind() {
     assert!(stderr(&output).contains("cannot write") && stderr(&output).contains("free space"), "{}", stderr(&output));
 }
 
-/// Watches both files through whole runs: each is the old one or the new one at every moment. (`files::tests` stops a run between
+/// Watches both files through a whole run: each is the old one or the new one at every moment. (`files::tests` stops a run between
 /// staging and renaming, where no clock hits.)
 #[test]
 fn every_look_during_a_run_finds_the_old_file_or_the_new_one() {
@@ -410,27 +410,30 @@ fn every_look_during_a_run_finds_the_old_file_or_the_new_one() {
     let new = std::fs::read(out.join("painted_oak.glb")).unwrap();
     let whole_json =
         |bytes: &[u8]| serde_json::from_slice::<serde_json::Value>(bytes).is_ok_and(|report| report["counts"].is_object());
-    for _ in 0..3 {
-        let old = b"\"old\"";
-        for name in ["painted_oak.glb", "painted_oak.json"] {
-            std::fs::write(out.join(name), old).unwrap();
-        }
-        let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("sphereboard"))
-            .args(args)
-            .stdout(std::process::Stdio::null())
-            .stderr(std::process::Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut running = true;
-        while running {
-            // One more look after the end.
-            running = child.try_wait().unwrap().is_none();
-            let [glb, json] = ["painted_oak.glb", "painted_oak.json"].map(|name| std::fs::read(out.join(name)).unwrap());
-            assert!(glb == old || glb == new, "the model has {} bytes", glb.len());
-            assert!(json == old || whole_json(&json), "the report has {} bytes", json.len());
-            assert!(running || glb == new && json != old);
-        }
+    let old = b"\"old\"";
+    let names = ["painted_oak.glb", "painted_oak.json"];
+    for name in names {
+        std::fs::write(out.join(name), old).unwrap();
+        // A second name of the old file: written over in place, it would change too.
+        std::fs::hard_link(out.join(name), place.folder.path().join(name)).unwrap();
     }
+    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("sphereboard"))
+        .args(args)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut running = true;
+    while running {
+        // One more look after the end.
+        running = child.try_wait().unwrap().is_none();
+        let [glb, json] = names.map(|name| std::fs::read(out.join(name)).unwrap());
+        assert!(glb == old || glb == new, "the model has {} bytes", glb.len());
+        assert!(json == old || whole_json(&json), "the report has {} bytes", json.len());
+        assert!(running || glb == new && json != old);
+    }
+    assert!(child.wait().unwrap().success());
+    assert!(names.iter().all(|name| std::fs::read(place.folder.path().join(name)).unwrap() == old), "written over in place");
 }
 
 /// A killed run leaves the old files, and what it staged is swept by a later run.

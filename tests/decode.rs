@@ -179,7 +179,10 @@ fn every_way_to_fail_has_its_own_message() {
     let write = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).unwrap();
-        decode(&path, &params()).unwrap_err()
+        match decode(&path, &params()).unwrap_err() {
+            Error::InFile { path: named, cause } if named == path => *cause,
+            other => panic!("{other} does not say which file"),
+        }
     };
     let missing = decode(&folder.path().join("nowhere.jpg"), &params()).unwrap_err();
     assert!(matches!(missing, Error::NoSuchFile { .. }), "{missing}");

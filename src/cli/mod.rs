@@ -49,7 +49,7 @@ fn asks_for_help(message: &clap::Error) -> bool {
 }
 
 /// What the help of both commands closes with.
-const ABOUT_SHE: &str = "She is She et al. 2018, \"Sphere-Board\" trees, ISPRS Int. J. Geo-Inf. 7(2):45, whose method this is.";
+const ABOUT_SHE: &str = "Sections and figures are those of the paper whose method this is: She et al. 2018, \"Sphere-Board\" trees, ISPRS Int. J. Geo-Inf. 7(2):45.";
 
 /// The whole command line, as clap sees it.
 fn command() -> Command {
