@@ -30,12 +30,12 @@ pub fn find(image: &RgbImage, scene: &Scene, crown: &Bits, crown_mask: &Mask) ->
     let Some(sky) = sky_field(scene, &inside) else { return none() };
     let chances = chances(scene, &inside);
     let sky_colours = scene.sky.colours();
-    let mut is_sky =
-        |p: [u8; 3], _: usize| sky_colours[usize::from(p[0] >> 3) << 10 | usize::from(p[1] >> 3) << 5 | usize::from(p[2] >> 3)];
+    let mut is_sky = |p: [u8; 3], _: usize| sky_colours[five_bits(p)];
     let Some(first) = Leaves::of(image, small, &inside, &mut is_sky) else { return none() };
     let first = Cells::new(&first, &sky, &chances);
     // Once more with what is now known: mixed pixels would count as leaves of strange colours.
-    let mut is_mixed = |p: [u8; 3], cell: usize| first.share(cell, p) > 0.5 * first.enough[cell].min(1.0);
+    let mut is_mixed =
+        |p: [u8; 3], cell: usize| first.share(cell, p) > 0.5 * first.enough[cell].min(1.0) || sky_colours[five_bits(p)];
     let Some(leaves) = Leaves::of(image, small, &inside, &mut is_mixed) else { return none() };
     let cells = Cells::new(&leaves, &sky, &chances);
     let columns: Vec<usize> = (0..width).map(|x| x * small.width / width).collect();
@@ -44,11 +44,18 @@ pub fn find(image: &RgbImage, scene: &Scene, crown: &Bits, crown_mask: &Mask) ->
         let Some((start, end)) = spans[y] else { return };
         let from = y * small.height / height * small.width;
         for (x, p) in (start..end).zip(raw[3 * (y * width + start)..].chunks_exact(3)) {
-            let cell = from + columns[x];
-            row[x / 64] |= u64::from(cells.share(cell, [p[0], p[1], p[2]]) > cells.enough[cell]) << (x % 64);
+            let (cell, p) = (from + columns[x], [p[0], p[1], p[2]]);
+            // A colour of the open sky needs no leaves to compare with, as in a willow that is mostly sky.
+            let open_sky = sky_colours[five_bits(p)] && chances[y * small.height / height] > 0.4;
+            row[x / 64] |= u64::from(open_sky || cells.share(cell, p) > cells.enough[cell]) << (x % 64);
         }
     });
     like.and(crown)
+}
+
+/// Index of a colour in [`super::sky::Sky::colours`].
+fn five_bits(p: [u8; 3]) -> usize {
+    usize::from(p[0] >> 3) << 10 | usize::from(p[1] >> 3) << 5 | usize::from(p[2] >> 3)
 }
 
 fn vec3(p: [u8; 3]) -> Vec3 {

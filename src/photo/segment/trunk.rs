@@ -172,7 +172,7 @@ impl Place {
     /// the flanks of a narrower one are bark.
     fn fit_width(&self, sums: &[Vec<[f32; 3]>], line: Line) -> Line {
         let widths =
-            ((line.width * 2 / 3).max(2)..=line.width * 5 / 4).flat_map(|width| (-1..=1).map(move |shift| (width, shift as f32)));
+            ((line.width / 2).max(2)..=line.width * 5 / 3).flat_map(|width| (-1..=1).map(move |shift| (width, shift as f32)));
         let fitted = widths.map(|(width, shift)| {
             let moved = Line { x: line.x + shift, width, ..line };
             let rows = moved.top..=moved.foot;
