@@ -31,7 +31,6 @@ fn assert_good_texture(name: &str, run: &ModelRun) {
     for atlas in &run.atlases {
         assert!(atlas.seam_after <= 1.10, "{name}: seam contrast {}", atlas.seam_after);
         assert!(atlas.contrast >= 0.85, "{name}: texel contrast {}", atlas.contrast);
-        assert!(atlas.seam_before.is_finite() && atlas.contrast_before > 0.0, "{name}: {} {}", atlas.seam_before, atlas.contrast_before);
     }
     for exemplar in &run.exemplars {
         assert!(exemplar.delta_e <= 4.0, "{name}: ΔE2000 {}", exemplar.delta_e);

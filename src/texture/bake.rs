@@ -28,7 +28,7 @@ crate::params! {
         /// Half the width of the strip along shared edges in which a cut may run.
         seam_reach: u32 = 4, in 0..=32, unit "exemplar texels", source "ours: a third of a medium polygon";
         /// Half the width of the blend across a cut.
-        seam_blend: f64 = 1.25, in 0.0..=8.0, unit "exemplar texels", source "ours: hides the step, keeps the grain";
+        seam_blend: f64 = 1.75, in 0.0..=8.0, unit "exemplar texels", source "ours: hides the step, keeps the grain";
     }
 }
 
