@@ -134,7 +134,7 @@ fn over_checker(image: &RgbaImage) -> RgbImage {
         if f32::from(alpha) >= 255.0 * ALPHA_CUTOFF {
             return Rgb([r, g, b]);
         }
-        if (x / 8 + y / 8) % 2 == 0 { Rgb([205; 3]) } else { Rgb([160; 3]) }
+        if (x / 8 + y / 8).is_multiple_of(2) { Rgb([205; 3]) } else { Rgb([160; 3]) }
     })
 }
 

@@ -101,7 +101,7 @@ mod tests {
         for distance in [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0] {
             assert!((grain.at(distance) - f64::from(distance)).abs() < 0.05 * f64::from(distance), "{distance}: {grain:?}");
         }
-        let checker = Layer::from_fn(32, 32, |x, y| Vec4::new(if (x + y) % 2 == 0 { 100.0 } else { 0.0 }, 0.0, 0.0, 1.0));
+        let checker = Layer::from_fn(32, 32, |x, y| Vec4::new(if (x + y).is_multiple_of(2) { 100.0 } else { 0.0 }, 0.0, 0.0, 1.0));
         let grain = Grain::of(&checker);
         assert!((grain.at(1.0) - 100.0).abs() < 1e-6 && grain.at(2.0) < 0.01, "averaging a checker leaves nothing: {grain:?}");
         assert!(Grain::of(&Layer { width: 0, height: 0, texels: vec![] }).at(1.0) > 0.0);
@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn strengthening_raises_steps_and_keeps_the_mean() {
         let texel = |i: usize| {
-            let v = if (i + i / 16) % 2 == 0 { 120.0 } else { 80.0 };
+            let v = if (i + i / 16).is_multiple_of(2) { 120.0 } else { 80.0 };
             Shaded { color: Vec4::new(v, v, v, 1.0), ..Shaded::default() }
         };
         let mut shaded: Vec<Option<Shaded>> = (0..256).map(|i| Some(texel(i))).collect();
