@@ -28,8 +28,7 @@ crate::params! {
         /// Half the width of the strip along shared edges in which a cut between two blocks may run.
         seam_reach: u32 = 4, in 0..=32, unit "texels of the exemplar", source "ours: a third of a polygon at --detail medium";
         /// Half the width of the blend across a cut.
-        seam_blend: f64 = 1.25, in 0.0..=8.0, unit "texels of the exemplar", source "ours: hides the step and keeps the grain";
-        seam_blend: f64 = 1.75, in 0.0..=8.0, unit "exemplar texels", source "ours: hides the step, keeps the grain";
+        seam_blend: f64 = 1.75, in 0.0..=8.0, unit "texels of the exemplar", source "ours: hides the step and keeps the grain";
     }
 }
 
