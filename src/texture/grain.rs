@@ -20,11 +20,10 @@ impl Grain {
     pub(super) fn of(layer: &Layer) -> Self {
         let (half, quarter) = (averaged(layer, 2), averaged(layer, 4));
         let at = |i: usize| mean_step([layer, layer, &half, &quarter][i], DISTANCES[i].min(1.0));
-        let [finest, one, two, four]: [f64; 4] = std::array::from_fn(at);
-        // Too few texels to be averaged: as without.
-        let known = |v: f64, otherwise: f64| if v > 0.0 { v } else { otherwise };
-        let two = known(two, one);
-        Self([finest, one, two, known(four, two)])
+        // Too few texels to be averaged or interpolated: as at the density before.
+        let one = at(1).unwrap_or(0.0);
+        let two = at(2).unwrap_or(one);
+        Self([at(0).unwrap_or(0.5 * one), one, two, at(3).unwrap_or(two)])
     }
 
     /// The step between texels `distance` apart; at least a thousandth, so that ratios exist.
@@ -51,8 +50,8 @@ fn averaged(layer: &Layer, factor: usize) -> Layer {
     })
 }
 
-/// Mean step between places `distance` texels apart along x and y; 0 for a picture without such.
-fn mean_step(layer: &Layer, distance: f32) -> f64 {
+/// Mean step between places `distance` texels apart along x and y; `None` for a picture without such.
+fn mean_step(layer: &Layer, distance: f32) -> Option<f64> {
     let row = |y: usize| {
         let (mut sum, mut count) = (0.0, 0u32);
         for x in 0..layer.width {
@@ -72,7 +71,7 @@ fn mean_step(layer: &Layer, distance: f32) -> f64 {
     // Added up in order, whatever the number of threads.
     let rows: Vec<(f64, u32)> = (0..layer.height).into_par_iter().map(row).collect();
     let (sum, count) = rows.iter().fold((0.0, 0), |(sum, count), row| (sum + row.0, count + row.1));
-    sum / f64::from(count.max(1))
+    (count > 0).then(|| sum / f64::from(count))
 }
 
 /// Adds `amount` of each texel's difference from the mean of its 3×3 surroundings.
