@@ -93,10 +93,8 @@ fn row_sums(small: &Small, first: usize) -> Vec<Vec<[f32; 3]>> {
             let (top, bottom) = (y.saturating_sub(BLUR_ROWS).max(first), (y + BLUR_ROWS + 1).min(small.height));
             let mut sums = vec![[0.0f32; 3]; small.width + 1];
             for x in 0..small.width {
-                for c in 0..3 {
-                    let mean = (top..bottom).map(|v| small.lab[v * small.width + x][c]).sum::<f32>() / (bottom - top) as f32;
-                    sums[x + 1][c] = sums[x][c] + mean;
-                }
+                let mean = |c: usize| (top..bottom).map(|v| small.lab[v * small.width + x][c]).sum::<f32>() / (bottom - top) as f32;
+                sums[x + 1] = std::array::from_fn(|c| sums[x][c] + mean(c));
             }
             sums
         })
