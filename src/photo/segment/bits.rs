@@ -63,6 +63,16 @@ impl Bits {
         mask
     }
 
+    /// A byte mask of at most `longest_px` on its longer side, for looking at: one pixel of each square, unsmoothed.
+    pub fn to_small_mask(&self, longest_px: usize) -> Mask {
+        let step = self.width.max(self.height).div_ceil(longest_px).max(1);
+        let at = |x: u32, y: u32| (x as usize * step, y as usize * step);
+        Mask::from_fn(self.width.div_ceil(step) as u32, self.height.div_ceil(step) as u32, |x, y| {
+            let (x, y) = at(x, y);
+            self.row(y)[x / 64] >> (x % 64) & 1 == 1
+        })
+    }
+
     /// Pixels in the set.
     pub fn count(&self) -> usize {
         self.words.iter().map(|w| w.count_ones() as usize).sum()

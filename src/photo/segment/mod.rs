@@ -1,7 +1,5 @@
 //! Segmentation: which pixels are the crown (She §3.1, fig. 7).
 
-use rayon::prelude::*;
-
 use crate::raster::{Mask, Rect};
 use crate::{Error, Result, Warning};
 
@@ -115,7 +113,7 @@ pub struct Segmentation {
     pub tree: Mask,
     /// Sky seen through the crown: a subset of `crown`.
     pub gaps: Mask,
-    /// The steps of fig. 7 in order, for people to look at: name and mask.
+    /// The steps of fig. 7 in order, for people to look at: name and mask, reduced to at most 1024 pixels a side.
     pub steps: Vec<(&'static str, Mask)>,
     /// Method hsv: the hue range that was used; auto: that of the crown's own foliage, 5th to 95th percentile (reds may begin below 0).
     /// Degrees.
@@ -139,19 +137,31 @@ pub fn segment(photo: &Photo, params: &SegmentParams, hints: &Hints) -> Result<S
         return Err(Error::PictureTooSmall { width, height });
     }
     hints.validate(width, height)?;
-    let small = Small::new(&photo.image);
-    refuse_blank(&small)?;
-    let scene = Scene::new(small);
     let opaque = photo.opaque.as_ref().filter(|m| (m.width(), m.height()) == (width, height));
     // A cut-out with nothing cut out, or with nothing left, says nothing.
     let opaque = opaque.filter(|m| (0.02..=0.98).contains(&(m.count() as f64 / (f64::from(width) * f64::from(height)))));
-    let found = match (&hints.mask, params.method) {
+    let range = hints.hue_deg.unwrap_or(hsv::HUE_OF_SHE_DEG);
+    let by_hue_alone = hints.mask.is_none() && params.method == Method::Hsv;
+    // The hue steps need nothing of the scene and leave cores idle: both at once.
+    let (scene, steps) = rayon::join(
+        || Scene::new(Small::new(&photo.image)),
+        || {
+            by_hue_alone.then(|| {
+                hsv::segment(&photo.image, range, params.opening_px, params.closing_px, allowed(photo, hints, opaque).as_ref())
+            })
+        },
+    );
+    refuse_blank(&scene.small)?;
+    let found = match (&hints.mask, steps) {
         (Some(mask), _) => from_mask(mask, &scene),
-        (None, Method::Hsv) => by_hue(photo, &scene, params, hints, opaque)?,
-        (None, Method::Auto) => by_looks(photo, &scene, hints, opaque)?,
+        (None, Some(steps)) => by_hue(photo, &scene, steps, range, hints)?,
+        (None, None) => by_looks(photo, &scene, hints, opaque)?,
     };
     Ok(complete(photo, &scene, found))
 }
+
+/// Longest side of the steps that are kept for drawing.
+const STEP_PX: usize = 1024;
 
 /// Refuses a picture that is nothing but one colour.
 fn refuse_blank(small: &Small) -> Result<()> {
@@ -163,6 +173,8 @@ fn refuse_blank(small: &Small) -> Result<()> {
 /// What a method found.
 struct Found {
     crown: Bits,
+    /// Whether a bare stalk at its lower end is trunk: what the paper's method finds is left as it is.
+    has_stalk: bool,
     steps: Vec<(&'static str, Mask)>,
     hue_deg: (f64, f64),
 }
@@ -171,14 +183,11 @@ struct Found {
 fn from_mask(mask: &Mask, scene: &Scene) -> Found {
     let crown = Bits::from_mask(mask).largest_component().fill_holes();
     let hue_deg = foliage::hue_range(scene, &Small::new_mask(&crown.to_mask(), &scene.small));
-    Found { crown, steps: vec![("given mask", mask.clone())], hue_deg }
+    Found { steps: vec![("given mask", crown.to_small_mask(STEP_PX))], crown, has_stalk: true, hue_deg }
 }
 
 /// The paper's method. A rectangle restricts what passes the threshold; points choose among the components.
-fn by_hue(photo: &Photo, scene: &Scene, params: &SegmentParams, hints: &Hints, opaque: Option<&Mask>) -> Result<Found> {
-    let range = hints.hue_deg.unwrap_or(hsv::HUE_OF_SHE_DEG);
-    let allowed = allowed(photo, hints, opaque);
-    let found = hsv::segment(&photo.image, range, params.opening_px, params.closing_px, allowed.as_ref());
+fn by_hue(photo: &Photo, scene: &Scene, found: hsv::Steps, range: (f64, f64), hints: &Hints) -> Result<Found> {
     let between = format!("between {} and {} degrees of hue", range.0, range.1);
     if found.crown.count() == 0 {
         return Err(foliage::none(scene, format!(" {between}")));
@@ -197,9 +206,9 @@ fn by_hue(photo: &Photo, scene: &Scene, params: &SegmentParams, hints: &Hints, o
     if crown.count() == 0 {
         return Err(foliage::none(scene, format!(" {between} that no --exclude point removes")));
     }
-    let steps =
-        vec![("threshold", found.threshold.to_mask()), ("opening", found.opened.to_mask()), ("closing", found.closed.to_mask())];
-    Ok(Found { crown, steps, hue_deg: range })
+    let steps = [("threshold", found.threshold), ("opening", found.opened), ("closing", found.closed)];
+    let steps = steps.into_iter().map(|(name, bits)| (name, bits.to_small_mask(STEP_PX))).collect();
+    Ok(Found { crown, has_stalk: false, steps, hue_deg: range })
 }
 
 /// Our own.
@@ -214,9 +223,8 @@ fn by_looks(photo: &Photo, scene: &Scene, hints: &Hints, opaque: Option<&Mask>) 
     if crown.count() == 0 {
         return Err(foliage::none(scene, String::new()));
     }
-    let steps =
-        vec![("evidence", enlarge(&found.evidence, &scene.small, size)), ("shape", enlarge(&found.crown, &scene.small, size))];
-    Ok(Found { crown, steps, hue_deg: foliage::hue_range(scene, &found.crown) })
+    let steps = vec![("evidence", scene.small.to_mask(&found.evidence)), ("shape", scene.small.to_mask(&found.crown))];
+    Ok(Found { crown, has_stalk: true, steps, hue_deg: foliage::hue_range(scene, &found.crown) })
 }
 
 /// Where the crown may lie at all; `None` is everywhere.
@@ -230,30 +238,23 @@ fn allowed(photo: &Photo, hints: &Hints, opaque: Option<&Mask>) -> Option<Bits> 
     Some(Bits::from_mask(&Mask::from_fn(width, height, |x, y| inside(x, y) && opaque.is_none_or(|m| m.get(x.into(), y.into())))))
 }
 
-/// A set of reduced pixels at the photograph's size.
-fn enlarge(set: &[bool], small: &Small, (width, height): (u32, u32)) -> Mask {
-    let columns: Vec<usize> = (0..width as usize).map(|x| x * small.width / width as usize).collect();
-    let mut mask = Mask::new(width, height);
-    mask.as_raw_mut().par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
-        let from = &set[y * small.height / height as usize * small.width..][..small.width];
-        row.iter_mut().zip(&columns).for_each(|(v, &x)| *v = 255 * u8::from(from[x]));
-    });
-    mask
-}
-
 /// Adds trunk, gaps, the last steps of fig. 7 and warnings.
 fn complete(photo: &Photo, scene: &Scene, found: Found) -> Segmentation {
     let size = photo.image.dimensions();
-    let Found { crown: bits, mut steps, hue_deg } = found;
+    let Found { crown: bits, has_stalk, mut steps, hue_deg } = found;
     let drawn = bits.to_mask();
     let (bits, tree) = match trunk::find(&photo.image, &drawn).map(|strip| strip.take_stalk(&bits)) {
-        Some((strip, crown)) => (crown.clone(), crown.or(&strip.draw(size))),
+        Some((strip, crown)) => {
+            let crown = if has_stalk { crown } else { bits };
+            let tree = crown.or(&strip.draw(size));
+            (crown, tree)
+        }
         None => (bits.clone(), bits),
     };
     let gaps = gaps::find(&photo.image, scene, &bits, &drawn).to_mask();
     let crown = bits.to_mask();
-    steps.push(("crown", crown.clone()));
-    steps.push(("outline", bits.outline().to_mask()));
+    steps.push(("crown", bits.to_small_mask(STEP_PX)));
+    steps.push(("outline", bits.outline().to_small_mask(STEP_PX)));
     let warnings = warnings(&bits, size);
     Segmentation { tree: tree.to_mask(), gaps, crown, steps, hue_deg, warnings }
 }

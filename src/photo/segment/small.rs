@@ -62,6 +62,11 @@ impl Small {
         (0..small.count()).map(|i| mask.get(at(i % w, w, mask.width()), at(i / w, h, mask.height()))).collect()
     }
 
+    /// A set of reduced pixels as a mask.
+    pub fn to_mask(&self, set: &[bool]) -> Mask {
+        Mask::from_fn(self.width as u32, self.height as u32, |x, y| set[y as usize * self.width + x as usize])
+    }
+
     /// Pixels.
     pub fn count(&self) -> usize {
         self.width * self.height
