@@ -1,4 +1,4 @@
-"""The command line: ``check-segmentation``, ``check-mesh`` and, for the benches, ``time-hsv`` and ``bench-report``."""
+"""The command line: ``check-segmentation``, ``check-mesh`` and, for the benches, ``time-hsv`` and tables."""
 
 import argparse
 import sys
@@ -27,6 +27,9 @@ def parser() -> argparse.ArgumentParser:
     bench = commands.add_parser("bench-report", help="tables of what `make bench` measured")
     bench.add_argument("criterion", type=Path, help="criterion's folder of results")
     bench.add_argument("out", type=Path, help="where README.md and bench.csv go")
+    models = commands.add_parser("model-table", help="a table of what `sphereboard model --json` printed")
+    models.add_argument("summary", type=Path)
+    models.add_argument("out", type=Path, metavar="CSV")
     return top
 
 
@@ -47,6 +50,10 @@ def main() -> int:
             from sphereboard_tools import bench_report
 
             good = bench_report.run(arguments.criterion, arguments.out)
+        elif arguments.command == "model-table":
+            from sphereboard_tools import model_table
+
+            good = model_table.run(arguments.summary, arguments.out)
         else:
             from sphereboard_tools import check_segmentation
 
