@@ -310,6 +310,22 @@ fn a_mask_drawn_by_hand_replaces_the_segmentation() {
 }
 
 #[test]
+fn a_point_inside_the_crown_can_be_taken_out() {
+    let place = Place::new();
+    let out = place.out();
+    let inside = |more: &[&str]| {
+        let output = sphereboard([&["segment", OAK, "--out", out.to_str().unwrap()], more].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let mask = image::open(out.join("painted_oak.mask.png")).unwrap().into_luma8();
+        (mask.get_pixel(300, 300).0[0] == 255, std::fs::read_to_string(out.join("painted_oak.json")).unwrap())
+    };
+    assert!(inside(&[]).0);
+    assert!(!inside(&["--exclude", "300,300"]).0);
+    let (_, report) = inside(&["--include", "20,780"]);
+    assert!(report.contains("hint-not-met"), "{report}");
+}
+
+#[test]
 fn masks_go_to_their_photographs_in_order() {
     let place = Place::new();
     let out = place.out();

@@ -157,7 +157,14 @@ pub fn segment(photo: &Photo, params: &SegmentParams, hints: &Hints) -> Result<S
         (None, Some(steps)) => by_hue(photo, &scene, steps, range, hints)?,
         (None, None) => by_looks(photo, &scene, hints, opaque)?,
     };
-    Ok(complete(photo, &scene, found))
+    let mut segmentation = complete(photo, &scene, found);
+    for &(x, y) in hints.include.iter().filter(|&&(x, y)| !segmentation.crown.get(x.into(), y.into())) {
+        let message = format!(
+            "the crown that was found does not reach --include {x},{y}; point between it and the crown too, or give --mask"
+        );
+        segmentation.warnings.push(Warning::new("hint-not-met", message));
+    }
+    Ok(segmentation)
 }
 
 /// Longest side of the steps that are kept for drawing.
@@ -220,11 +227,22 @@ fn by_looks(photo: &Photo, scene: &Scene, hints: &Hints, opaque: Option<&Mask>) 
         foliage::check(&photo.image, scene, &found.crown)?;
     }
     let crown = refine::refine(&photo.image, &scene.small, &found.crown, allowed(photo, hints, opaque).as_ref());
+    let crown = obey(crown, hints, size.0.max(size.1) / 50);
     if crown.count() == 0 {
         return Err(foliage::none(scene, String::new()));
     }
     let steps = vec![("evidence", scene.small.to_mask(&found.evidence)), ("shape", scene.small.to_mask(&found.crown))];
     Ok(Found { crown, has_stalk: true, steps, hue_deg: foliage::hue_range(scene, &found.crown) })
+}
+
+/// Lets points overrule the picture also where the filling of holes or the refined outline went over them.
+fn obey(crown: Bits, hints: &Hints, finger_px: u32) -> Bits {
+    if hints.include.is_empty() && hints.exclude.is_empty() {
+        return crown;
+    }
+    let with = hints.include.iter().fold(crown, |crown, &(x, y)| crown.or(&crown.disc(x, y, finger_px)));
+    let without = hints.exclude.iter().fold(with, |crown, &(x, y)| crown.and(&crown.disc(x, y, finger_px).not()));
+    without.largest_component()
 }
 
 /// Where the crown may lie at all; `None` is everywhere.
