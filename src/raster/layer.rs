@@ -145,9 +145,7 @@ impl Layer {
         }
         let mut pulled = self.clone();
         pulled.pull();
-        for (t, p) in self.texels.iter_mut().zip(&pulled.texels) {
-            *t = p.truncate().extend(t.w);
-        }
+        self.texels.par_iter_mut().zip(&pulled.texels).for_each(|(t, p)| *t = p.truncate().extend(t.w));
     }
 
     /// Blends every texel with the coarser level in proportion to the weight it lacks.

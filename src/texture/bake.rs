@@ -4,7 +4,7 @@
 //! a cut from both. Everything is evaluated at the place itself: nothing is resampled twice.
 
 use glam::{Vec2, Vec3, Vec4};
-use image::{Rgba, RgbaImage};
+use image::RgbaImage;
 use rayon::prelude::*;
 
 use super::chart::{COPIES, Chart, USUAL_PART};
@@ -383,12 +383,16 @@ fn finish(shaded: &[Option<Shaded>], size: usize, shown: impl Fn(&Shaded) -> Vec
         color.map_or(Vec4::ZERO, |c| c.truncate().extend(f32::from(c.w >= ALPHA_CUTOFF)))
     });
     layer.bleed();
-    let byte = |v: f32| v.round().clamp(0.0, 255.0) as u8;
-    RgbaImage::from_fn(size as u32, size as u32, |x, y| {
-        let i = y as usize * size + x as usize;
-        let (t, alpha) = (layer.texels[i], shaded[i].as_ref().map_or(1.0, |s| shown(s).w));
-        Rgba([byte(t.x), byte(t.y), byte(t.z), byte(255.0 * alpha)])
-    })
+    let byte = |v: f32| (v + 0.5).clamp(0.0, 255.0) as u8;
+    let mut image = RgbaImage::new(size as u32, size as u32);
+    image.par_chunks_mut(4 * size).enumerate().for_each(|(y, row)| {
+        for (x, texel) in row.as_chunks_mut().0.iter_mut().enumerate() {
+            let i = y * size + x;
+            let (t, alpha) = (layer.texels[i], shaded[i].as_ref().map_or(1.0, |s| shown(s).w));
+            *texel = [byte(t.x), byte(t.y), byte(t.z), byte(255.0 * alpha)];
+        }
+    });
+    image
 }
 
 #[cfg(test)]

@@ -43,6 +43,8 @@ pub(super) struct Matcher {
     used: Vec<f32>,
     cells: [usize; 2],
     total: f32,
+    /// What one use of a cell adds to the cost factor of its places.
+    wear: f32,
     gaps: Gaps,
 }
 
@@ -53,13 +55,15 @@ struct Gaps {
     /// The share aimed at, and the area and gap area placed so far.
     target: f32,
     placed: [f32; 2],
+    /// The share the next block should have.
+    wanted: f32,
 }
 
 impl Gaps {
-    /// The share the next block should have so that the whole comes back to the target.
-    fn wanted(&self) -> f32 {
+    /// Sets the share that brings the whole back to the target.
+    fn aim(&mut self) {
         let so_far = if self.placed[0] > 0.0 { self.placed[1] / self.placed[0] } else { self.target };
-        (self.target + 4.0 * (self.target - so_far)).clamp(0.0, 1.0)
+        self.wanted = (self.target + 4.0 * (self.target - so_far)).clamp(0.0, 1.0);
     }
 }
 
@@ -79,8 +83,8 @@ impl Matcher {
         let around: Vec<f32> = holes.texels.iter().map(|t| t.x / t.w.max(1e-6)).collect();
         // No more than the exemplar could give at best.
         let target = gap_share.min(around.iter().copied().fold(0.0, f32::max));
-        let gaps = Gaps { around, target, placed: [0.0; 2] };
-        Self { padded: padded.texels, stride, pad, side, used: vec![0.0; cells[0] * cells[1]], cells, total: 0.0, gaps }
+        let gaps = Gaps { around, target, placed: [0.0; 2], wanted: target };
+        Self { padded: padded.texels, stride, pad, side, used: vec![0.0; cells[0] * cells[1]], cells, total: 0.0, wear: 0.25, gaps }
     }
 
     /// Notes that a block was taken from round `center`, so that the next one is rather taken elsewhere.
@@ -90,13 +94,14 @@ impl Matcher {
         let cell = self.cell(center.x as i64, center.y as i64);
         self.used[cell] += 1.0;
         self.total += 1.0;
+        let cells = self.used.len() as f32;
+        self.wear = 0.25 * cells / (self.total + cells);
+        self.gaps.aim();
     }
 
     /// What a place's cost is multiplied with: more where the exemplar was used often, and where the share of gaps is not the wanted one.
     fn worn(&self, x: i64, y: i64) -> f32 {
-        let cells = self.used.len() as f32;
-        let often = self.used[self.cell(x, y)] * cells / (self.total + cells);
-        1.0 + 0.25 * often + 4.0 * (self.gaps.around[self.texel(x, y)] - self.gaps.wanted()).abs()
+        1.0 + self.wear * self.used[self.cell(x, y)] + 4.0 * (self.gaps.around[self.texel(x, y)] - self.gaps.wanted).abs()
     }
 
     fn texel(&self, x: i64, y: i64) -> usize {
@@ -187,15 +192,16 @@ impl Matcher {
     fn cost(&self, probes: &[(isize, Vec4)], x: i64, y: i64, limit: f32) -> f32 {
         let inside = |v: i64, axis: usize| v.clamp(0, self.side[axis] as i64 - 1) as usize + self.pad;
         let center = (inside(y, 1) * self.stride + inside(x, 0)) as isize;
-        let mut sum = 0.0;
+        let mut squares = Vec4::ZERO;
         for chunk in probes.chunks(8) {
             for &(offset, shown) in chunk {
-                sum += (self.padded[(center + offset) as usize] - shown).length_squared();
+                let difference = self.padded[(center + offset) as usize] - shown;
+                squares += difference * difference;
             }
-            if sum >= limit {
+            if squares.element_sum() >= limit {
                 break;
             }
         }
-        sum
+        squares.element_sum()
     }
 }

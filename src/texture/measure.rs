@@ -4,6 +4,7 @@
 //! texels of the photograph against the photograph at the atlas's density.
 
 use glam::{Vec2, Vec4};
+use rayon::prelude::*;
 
 use crate::raster::ALPHA_CUTOFF;
 
@@ -64,24 +65,34 @@ pub(super) fn step(a: Vec4, b: Vec4) -> Option<f64> {
 
 /// The steps of a finished atlas of `size` × `size` texels; `expected(texel, polygon, axis)` is the mean step in the picture
 /// that the polygon's block is from, between places as far apart as the texel and the next one along x (0) or y (1).
-pub(super) fn steps(shaded: &[Option<Shaded>], size: usize, expected: impl Fn(&Shaded, u32, usize) -> f64) -> Steps {
-    let [mut border_before, mut border_after, mut inside_before, mut inside_after]: [Ratio; 4] = Default::default();
-    for (i, s) in shaded.iter().enumerate() {
-        let right = if (i + 1) % size != 0 { shaded.get(i + 1) } else { None };
-        for (axis, t) in [right, shaded.get(i + size)].into_iter().enumerate() {
-            let (Some(s), Some(Some(t))) = (s, t) else { continue };
-            let both = |a: u32, b: u32| 0.5 * (expected(s, a, axis) + expected(t, b, axis));
-            let same = s.polygon == t.polygon;
-            let before = if same { &mut inside_before } else { &mut border_before };
-            before.add(s.own, t.own, both(s.polygon, t.polygon));
-            let after = if same && s.label == t.label { &mut inside_after } else { &mut border_after };
-            after.add(s.color, t.color, both(s.label, t.label));
+pub(super) fn steps(shaded: &[Option<Shaded>], size: usize, expected: impl Fn(&Shaded, u32, usize) -> f64 + Sync) -> Steps {
+    let row = |y: usize| {
+        let mut ratios: [Ratio; 4] = Default::default();
+        for i in y * size..((y + 1) * size).min(shaded.len()) {
+            let right = if (i + 1) % size != 0 { shaded.get(i + 1) } else { None };
+            for (axis, t) in [right, shaded.get(i + size)].into_iter().enumerate() {
+                let (Some(s), Some(Some(t))) = (&shaded[i], t) else { continue };
+                let both = |a: u32, b: u32| 0.5 * (expected(s, a, axis) + expected(t, b, axis));
+                let same = s.polygon == t.polygon;
+                let before = both(s.polygon, t.polygon);
+                ratios[if same { INSIDE } else { BORDER }].add(s.own, t.own, before);
+                let alike = (s.label, t.label) == (s.polygon, t.polygon);
+                let after = if alike { before } else { both(s.label, t.label) };
+                let inside = same && s.label == t.label;
+                ratios[2 + if inside { INSIDE } else { BORDER }].add(s.color, t.color, after);
+            }
         }
-    }
-    Steps {
-        border_before: border_before.value(),
-        border_after: border_after.value(),
-        inside_before: inside_before.value(),
-        inside_after: inside_after.value(),
-    }
+        ratios
+    };
+    // Added up in order, whatever the number of threads.
+    let rows: Vec<[Ratio; 4]> = (0..shaded.len().div_ceil(size.max(1))).into_par_iter().map(row).collect();
+    let [border_before, inside_before, border_after, inside_after] = std::array::from_fn(|k| {
+        let sum = |part: fn(&Ratio) -> f64| rows.iter().map(|r| part(&r[k])).sum();
+        Ratio { found: sum(|r| r.found), expected: sum(|r| r.expected) }.value()
+    });
+    Steps { border_before, border_after, inside_before, inside_after }
 }
+
+/// Where a row keeps its steps across borders and inside polygons, before blending; two further on after it.
+const BORDER: usize = 0;
+const INSIDE: usize = 1;

@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 
 use glam::{Affine2, Vec2, Vec3, Vec4};
+use rayon::prelude::*;
 
 use super::flat::{Flat, FlatMesh};
 use super::front::{Front, FrontLayer};
@@ -146,45 +147,74 @@ struct Grower<'a> {
     seed: Seed,
 }
 
+/// How a polygon came by its block.
+enum How {
+    Started,
+    Extended,
+    Rematched,
+    Matched(usize),
+}
+
+/// Blocks placed at once: each sees how often the exemplar was used before them, but not by each other.
+const AT_ONCE: usize = 32;
+
 impl Grower<'_> {
     fn grow(&mut self, facing: &[bool]) -> (Vec<Block>, Counts) {
         let n = self.flat.flats.len();
         let mut blocks: Vec<Option<Block>> = vec![None; n];
-        let mut counts = Counts::default();
-        let mut queue = VecDeque::new();
+        let mut counts = Counts { front: facing.iter().filter(|f| **f).count(), ..Counts::default() };
+        for (block, _) in blocks.iter_mut().zip(facing).filter(|b| *b.1) {
+            *block = Some(Block { source: BlockSource::Front, corners: [Vec2::ZERO; 4], cv: 0, map: Affine2::IDENTITY });
+        }
+        for wave in self.waves(facing) {
+            for together in wave.chunks(AT_ONCE) {
+                let placed: Vec<(Block, How)> = together.par_iter().map(|&p| self.place(p, &blocks)).collect();
+                for (&p, (block, how)) in together.iter().zip(placed) {
+                    let flat = &self.flat.flats[p];
+                    self.matcher.note(block.map.transform_point2(flat.middle()), flat.area);
+                    blocks[p] = Some(block);
+                    match how {
+                        How::Started => counts.started += 1,
+                        How::Extended => counts.extended += 1,
+                        How::Rematched => counts.rematched += 1,
+                        How::Matched(cv) => counts.matched[cv.min(4) - 2] += 1,
+                    }
+                }
+            }
+        }
+        (blocks.into_iter().map(|b| b.expect("every polygon is in one wave")).collect(), counts)
+    }
+
+    /// The polygons that do not face the camera, breadth first, in waves: a polygon's wave comes after those of all neighbours before it in
+    /// that order, so that a wave's polygons do not touch and can be placed at once without anything else being known to them.
+    fn waves(&self, facing: &[bool]) -> Vec<Vec<usize>> {
+        let n = self.flat.flats.len();
+        let mut queue: VecDeque<usize> = (0..n).filter(|&p| facing[p]).collect();
         let mut queued = facing.to_vec();
-        for p in (0..n).filter(|&p| facing[p]) {
-            blocks[p] = Some(Block { source: BlockSource::Front, corners: [Vec2::ZERO; 4], cv: 0, map: Affine2::IDENTITY });
-            counts.front += 1;
-        }
-        for p in (0..n).filter(|&p| facing[p]) {
-            self.enqueue(p, &mut queue, &mut queued);
-        }
+        let mut wave_of: Vec<Option<usize>> = vec![None; n];
+        let mut waves: Vec<Vec<usize>> = Vec::new();
         // The start, then whatever the edges did not reach.
         let first = self.seed.keyed("texture-start", 0).below(n);
         for start in std::iter::once(first).chain(0..n) {
-            if queue.is_empty() && !queued[start] {
+            if queue.is_empty() && !std::mem::replace(&mut queued[start], true) {
                 queue.push_back(start);
-                queued[start] = true;
             }
             while let Some(p) = queue.pop_front() {
-                blocks[p] = Some(self.place(p, &blocks, &mut counts));
-                self.enqueue(p, &mut queue, &mut queued);
+                let neighbors = || self.flat.hinges[p].iter().flatten().map(|h| h.polygon);
+                if !facing[p] {
+                    let wave = neighbors().filter_map(|q| wave_of[q]).max().map_or(0, |w| w + 1);
+                    wave_of[p] = Some(wave);
+                    waves.resize_with(waves.len().max(wave + 1), Vec::new);
+                    waves[wave].push(p);
+                }
+                queue.extend(neighbors().filter(|&q| !std::mem::replace(&mut queued[q], true)));
             }
         }
-        (blocks.into_iter().map(|b| b.expect("every polygon is queued once")).collect(), counts)
-    }
-
-    fn enqueue(&self, p: usize, queue: &mut VecDeque<usize>, queued: &mut [bool]) {
-        for hinge in self.flat.hinges[p].iter().flatten() {
-            if !std::mem::replace(&mut queued[hinge.polygon], true) {
-                queue.push_back(hinge.polygon);
-            }
-        }
+        waves
     }
 
     /// One polygon's block, given what is synthesised so far.
-    fn place(&mut self, p: usize, blocks: &[Option<Block>], counts: &mut Counts) -> Block {
+    fn place(&self, p: usize, blocks: &[Option<Block>]) -> (Block, How) {
         let flat = &self.flat.flats[p];
         let hinges = self.flat.hinges[p].iter().enumerate();
         let known: Vec<(usize, Affine2, &Block)> =
@@ -193,26 +223,16 @@ impl Grower<'_> {
         let mut draws = self.seed.keyed("texture-block", p as u64);
         let up = flat.up.unwrap_or_else(|| extensions.first().map_or(Vec2::Y, carried_up));
         let jitter = (4.0 * draws.signed() as f32).to_radians();
-        let map = match (known.len(), extensions.first()) {
-            (0, _) => {
-                counts.started += 1;
-                self.start(flat, up, jitter, [draws.unit(), draws.unit()])
-            }
-            (1, Some(&extended)) if self.allowed(flat, up, extended) => {
-                counts.extended += 1;
-                extended
-            }
+        let (map, how) = match (known.len(), extensions.first()) {
+            (0, _) => (self.start(flat, up, jitter, [draws.unit(), draws.unit()]), How::Started),
+            (1, Some(&extended)) if self.allowed(flat, up, extended) => (extended, How::Extended),
             (cv, _) => {
-                match cv {
-                    1 => counts.rematched += 1,
-                    _ => counts.matched[cv.min(4) - 2] += 1,
-                }
-                self.matched(p, &known, &extensions, up, jitter)
+                let how = if cv == 1 { How::Rematched } else { How::Matched(cv) };
+                (self.matched(p, &known, &extensions, up, jitter), how)
             }
         };
-        self.matcher.note(map.transform_point2(flat.middle()), flat.area);
         let corners = flat.corners.map(|c| map.transform_point2(c));
-        Block { source: BlockSource::Exemplar, corners, cv: known.len() as u8, map }
+        (Block { source: BlockSource::Exemplar, corners, cv: known.len() as u8, map }, how)
     }
 
     fn start(&self, flat: &Flat, up: Vec2, jitter: f32, draw: [f64; 2]) -> Affine2 {
@@ -235,7 +255,10 @@ impl Grower<'_> {
     /// The block that agrees best with the neighbours: searched, or one neighbour's extension where that is better still.
     fn matched(&self, p: usize, known: &[(usize, Affine2, &Block)], extensions: &[Affine2], up: Vec2, jitter: f32) -> Affine2 {
         let flat = &self.flat.flats[p];
-        let samples: Vec<Sample> = known.iter().flat_map(|k| self.border(p, k.0, k.1, k.2)).collect();
+        let border: Vec<Sample> = known.iter().flat_map(|k| self.border(p, k.0, k.1, k.2)).collect();
+        // Dealt out, so that the first few already speak for the whole border and poor candidates are dropped early.
+        let stride = (border.len() / 8) | 1;
+        let samples: Vec<Sample> = (0..stride).flat_map(|i| border.iter().skip(i).step_by(stride)).copied().collect();
         let (mut best, mut least) = self.matcher.best(flat, &samples, up, jitter, self.density);
         for &extended in extensions.iter().filter(|e| self.allowed(flat, up, **e)) {
             let cost = self.matcher.cost_of(flat, &samples, extended);
