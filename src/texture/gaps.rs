@@ -34,7 +34,8 @@ pub(super) fn keep_share(shaded: &mut [Option<Shaded>]) {
 
 /// Opens gaps in an atlas of `size` texels a side until they are the part `target` of those texels for which `grown` holds.
 pub(super) fn open(shaded: &mut [Option<Shaded>], size: usize, grown: impl Fn(&Shaded) -> bool, target: f64) {
-    let candidates = || (0..shaded.len()).filter_map(|i| shaded[i].as_ref().filter(|s| grown(s)).map(|s| (i, s.color.w < ALPHA_CUTOFF)));
+    let candidates =
+        || (0..shaded.len()).filter_map(|i| shaded[i].as_ref().filter(|s| grown(s)).map(|s| (i, s.color.w < ALPHA_CUTOFF)));
     let wanted = (target * candidates().count() as f64).round() as usize;
     let missing = wanted.saturating_sub(candidates().filter(|c| c.1).count());
     let mut closed: Vec<usize> = if missing == 0 { Vec::new() } else { candidates().filter(|c| !c.1).map(|c| c.0).collect() };
