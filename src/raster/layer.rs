@@ -73,7 +73,7 @@ impl Layer {
     /// Bilinear value at texel coordinates (texel centres at +0.5), mirrored outside.
     pub fn bilinear(&self, x: f32, y: f32) -> Vec4 {
         let (x, y) = (x - 0.5, y - 0.5);
-        let (x0, y0) = (x.floor(), y.floor());
+        let (x0, y0) = (floor(x), floor(y));
         let at = |dx, dy| self.mirrored(x0 as i64 + dx, y0 as i64 + dy);
         at(0, 0).lerp(at(1, 0), x - x0).lerp(at(0, 1).lerp(at(1, 1), x - x0), y - y0)
     }
@@ -81,7 +81,7 @@ impl Layer {
     /// Catmull-Rom value at texel coordinates (texel centres at +0.5), mirrored outside: keeps the contrast bilinear weights lose.
     pub fn sharp(&self, x: f32, y: f32) -> Vec4 {
         let (x, y) = (x - 0.5, y - 0.5);
-        let (x0, y0) = (x.floor(), y.floor());
+        let (x0, y0) = (floor(x), floor(y));
         let (wx, wy) = (catmull_rom(x - x0), catmull_rom(y - y0));
         let (x0, y0) = (x0 as i64, y0 as i64);
         let inside = x0 >= 1 && y0 >= 1 && x0 + 2 < self.width as i64 && y0 + 2 < self.height as i64;
@@ -177,6 +177,12 @@ impl Layer {
             }
         });
     }
+}
+
+/// Like `f32::floor` for whatever an `i32` holds, without a call where the processor has no instruction for it.
+fn floor(v: f32) -> f32 {
+    let t = v as i32 as f32;
+    if t > v { t - 1.0 } else { t }
 }
 
 fn catmull_rom(t: f32) -> [f32; 4] {

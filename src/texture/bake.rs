@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::chart::{COPIES, Chart, USUAL_PART};
 use super::cut::{Cut, blend};
-use super::flat::FlatMesh;
+use super::flat::laid_flat;
 use super::gaps;
 use super::grain::{self, Grain};
 use super::measure::{self, Shaded};
@@ -60,14 +60,14 @@ pub struct Atlas {
 /// [`Error::Untexturable`] for a mesh without area, [`Error::Parameter`] for a size that is not a power of two.
 pub fn texels_per_m(mesh: &PolyMesh, params: &BakeParams) -> Result<f64> {
     params.validate()?;
-    let area = FlatMesh::of(mesh)?.area;
+    let (_, area) = laid_flat(mesh)?;
     Ok(USUAL_PART * f64::from(params.texture_size.0) / area.sqrt())
 }
 
 /// The bake parameters of each crown of one tree: the crowns share about the texels of one atlas by their surface areas, so that a tree of
 /// many lobes is no larger than one of a single crown. Ours; a single crown keeps the whole atlas.
 pub fn shares<'a>(meshes: impl Iterator<Item = &'a PolyMesh>, params: &BakeParams) -> Vec<BakeParams> {
-    let areas: Vec<f64> = meshes.map(|mesh| FlatMesh::of(mesh).map_or(0.0, |flat| flat.area)).collect();
+    let areas: Vec<f64> = meshes.map(|mesh| laid_flat(mesh).map_or(0.0, |flat| flat.1)).collect();
     let total: f64 = areas.iter().sum();
     let side = |area: f64| {
         let even = f64::from(params.texture_size.0) * (area / total).sqrt();
@@ -204,7 +204,19 @@ struct Painter<'a> {
     mean: Vec3,
     variance: f32,
     vertex_gains: Vec<Vec3>,
-    cuts: Vec<[Option<Cut>; 4]>,
+    borders: Vec<[Option<Border>; 4]>,
+}
+
+/// A cut and the edge along which it runs.
+struct Border {
+    cut: Cut,
+    /// The edge's first corner.
+    from: Vec2,
+    /// Times the way from there: the part of the edge, and the distance into the polygon in texels.
+    along: Vec2,
+    inward: Vec2,
+    /// How far into the polygon the neighbour's block shows.
+    deepest: f32,
 }
 
 impl<'a> Painter<'a> {
@@ -217,8 +229,9 @@ impl<'a> Painter<'a> {
         }
         let vertex_gains = sums.iter().map(|s| s.truncate() / s.w.max(1.0)).collect();
         let (density, blend) = (texture.texels_per_m as f32, (params.seam_blend as f32 * grain).max(0.01));
-        let mut painter = Self { mesh, texture, layer, density, blend, mean, variance, vertex_gains, cuts: Vec::new() };
-        painter.cuts = painter.find_cuts((params.seam_reach as f32 * grain).round() as i32);
+        let mut painter = Self { mesh, texture, layer, density, blend, mean, variance, vertex_gains, borders: Vec::new() };
+        let cuts = painter.find_cuts((params.seam_reach as f32 * grain).round() as i32);
+        painter.borders = cuts.into_iter().enumerate().map(|(p, cuts)| painter.borders_of(p, cuts)).collect();
         painter
     }
 
@@ -266,6 +279,20 @@ impl<'a> Painter<'a> {
             (self.shown(p, at, place, Vec3::ONE) - self.beyond(p, k, at, place, Vec3::ONE)).length_squared()
         };
         Some(Cut::cheapest(columns, reach.min(deep as i32), difference))
+    }
+
+    fn borders_of(&self, p: usize, cuts: [Option<Cut>; 4]) -> [Option<Border>; 4] {
+        let flat = &self.texture.flat.flats[p];
+        let mut k = 0..;
+        cuts.map(|cut| {
+            let k = k.next().unwrap_or(0);
+            cut.map(|cut| {
+                let (from, to) = (flat.corners[k], flat.corners[(k + 1) % flat.count]);
+                let (way, length) = (to - from, from.distance(to));
+                let deepest = cut.depth.iter().copied().fold(0.0, f32::max) + self.blend;
+                Border { cut, from, along: way / (length * length), inward: way.perp() * (self.density / length), deepest }
+            })
+        })
     }
 
     /// Whether the neighbour's block goes on where this one ends.
@@ -352,11 +379,13 @@ impl<'a> Painter<'a> {
         let (mut count, mut label, mut strongest) = (1, piece.polygon, 0.0);
         let mut left = 1.0;
         for k in 0..flat.count {
-            let Some(cut) = &self.cuts[p][k] else { continue };
-            let (a, b) = (flat.corners[k], flat.corners[(k + 1) % flat.count]);
-            let length = a.distance(b);
-            let (along, aside) = ((at - a).dot(b - a) / (length * length), (b - a).perp_dot(at - a) / length * self.density);
-            let t = (0.5 - 0.5 * (aside - cut.at(along)) / self.blend).clamp(0.0, 1.0);
+            let Some(border) = &self.borders[p][k] else { continue };
+            let aside = border.inward.dot(at - border.from);
+            if aside >= border.deepest {
+                continue;
+            }
+            let depth = border.cut.at(border.along.dot(at - border.from));
+            let t = (0.5 - 0.5 * (aside - depth) / self.blend).clamp(0.0, 1.0);
             let share = t * t * (3.0 - 2.0 * t);
             if share > 0.0 {
                 parts[count] = (share, self.beyond(p, k, at, place, gain));

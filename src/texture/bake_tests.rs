@@ -1,6 +1,7 @@
 use super::*;
 use crate::Seed;
 use crate::geom::Topology;
+use crate::texture::flat::FlatMesh;
 use crate::texture::synth::{FrontChoice, SynthParams, synthesize};
 use crate::texture::test_shapes::{cone, leafy, lumpy_ball};
 use std::collections::BTreeMap;

@@ -37,9 +37,6 @@ pub(super) const COPIES: [fn(Vec2) -> Vec2; 9] = [
     |p| p + Vec2::new(-2.0, -2.0),
 ];
 
-/// Which of [`COPIES`] undoes each.
-pub(super) const INVERSE: [usize; 9] = [0, 1, 2, 3, 4, 8, 7, 6, 5];
-
 /// Gutter beyond whatever overhangs, as a part of the image's side: four texels of 512 keep three mip levels clean.
 const GUTTER: f32 = 4.0 / 512.0;
 

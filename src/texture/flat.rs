@@ -95,16 +95,7 @@ impl FlatMesh {
     /// # Errors
     /// [`Error::Untexturable`] for a mesh without polygons or area, or with polygons over vertices that are not finite or not there.
     pub fn of(mesh: &PolyMesh) -> Result<Self> {
-        let untexturable = |found: &str| Err(Error::Untexturable { found: found.to_owned() });
-        if mesh.polygons().flatten().any(|&v| mesh.positions.get(v as usize).is_none_or(|p| !p.is_finite())) {
-            return untexturable("polygons over vertices that are missing or not finite");
-        }
-        let corners = |polygon: &[u32]| polygon.iter().map(|&v| mesh.positions[v as usize]).collect::<Vec<_>>();
-        let flats: Vec<Flat> = mesh.polygons().map(|p| Flat::of(&corners(p))).collect();
-        let area: f64 = flats.iter().map(|f| f64::from(f.area)).sum();
-        if !(area.is_finite() && area > 1e-12) {
-            return untexturable("no polygons of any area");
-        }
+        let (flats, area) = laid_flat(mesh)?;
         let edges = Edges::of(mesh);
         let hinges = mesh.polygons().enumerate().map(|(p, polygon)| {
             let mut hinges = [None; 4];
@@ -122,6 +113,21 @@ impl FlatMesh {
         let hinges = hinges.collect();
         Ok(Self { flats, hinges, area })
     }
+}
+
+/// Every polygon by itself, and the area of all, m².
+///
+/// # Errors
+/// As [`FlatMesh::of`].
+pub(super) fn laid_flat(mesh: &PolyMesh) -> Result<(Vec<Flat>, f64)> {
+    let untexturable = |found: &str| Err(Error::Untexturable { found: found.to_owned() });
+    if mesh.polygons().flatten().any(|&v| mesh.positions.get(v as usize).is_none_or(|p| !p.is_finite())) {
+        return untexturable("polygons over vertices that are missing or not finite");
+    }
+    let corners = |polygon: &[u32]| polygon.iter().map(|&v| mesh.positions[v as usize]).collect::<Vec<_>>();
+    let flats: Vec<Flat> = mesh.polygons().map(|p| Flat::of(&corners(p))).collect();
+    let area: f64 = flats.iter().map(|f| f64::from(f.area)).sum();
+    if area.is_finite() && area > 1e-12 { Ok((flats, area)) } else { untexturable("no polygons of any area") }
 }
 
 /// The rigid motion that lays one segment on another of the same length, middle on middle.

@@ -22,10 +22,10 @@ pub(super) fn share(shaded: &[Option<Shaded>]) -> f64 {
 /// Scales alpha so that blending does not change how much the alpha test removes.
 pub(super) fn keep_share(shaded: &mut [Option<Shaded>]) {
     let open = shaded.iter().flatten().filter(|s| s.own.w < ALPHA_CUTOFF).count();
-    let mut alphas: Vec<f32> = shaded.iter().flatten().map(|s| s.color.w).collect();
-    if open == 0 || alphas.is_empty() {
+    if open == 0 {
         return;
     }
+    let mut alphas: Vec<f32> = shaded.iter().flatten().map(|s| s.color.w).collect();
     let last = alphas.len() - 1;
     let (_, &mut threshold, _) = alphas.select_nth_unstable_by(open.min(last), f32::total_cmp);
     let scale = ALPHA_CUTOFF / threshold.clamp(0.1, 0.9);
@@ -34,12 +34,12 @@ pub(super) fn keep_share(shaded: &mut [Option<Shaded>]) {
 
 /// Opens gaps in an atlas of `size` texels a side until they are the part `target` of those texels for which `grown` holds.
 pub(super) fn open(shaded: &mut [Option<Shaded>], size: usize, grown: impl Fn(&Shaded) -> bool, target: f64) {
-    let candidates: Vec<usize> = (0..shaded.len()).filter(|&i| shaded[i].as_ref().is_some_and(&grown)).collect();
-    let is_open = |i: &usize| shaded[*i].as_ref().is_some_and(|s| s.color.w < ALPHA_CUTOFF);
-    let wanted = (target * candidates.len() as f64).round() as usize;
-    let missing = wanted.saturating_sub(candidates.iter().filter(|i| is_open(i)).count());
-    let mut closed: Vec<usize> = candidates.into_iter().filter(|i| !is_open(i)).collect();
-    if missing == 0 || closed.is_empty() || size == 0 {
+    let candidates =
+        || (0..shaded.len()).filter_map(|i| shaded[i].as_ref().filter(|s| grown(s)).map(|s| (i, s.color.w < ALPHA_CUTOFF)));
+    let wanted = (target * candidates().count() as f64).round() as usize;
+    let missing = wanted.saturating_sub(candidates().filter(|c| c.1).count());
+    let mut closed: Vec<usize> = if missing == 0 { Vec::new() } else { candidates().filter(|c| !c.1).map(|c| c.0).collect() };
+    if closed.is_empty() || size == 0 {
         return;
     }
     let brightness = Layer::from_fn(size, shaded.len() / size, |x, y| {

@@ -9,7 +9,7 @@ use super::flat::Flat;
 use crate::raster::{ALPHA_CUTOFF, Layer};
 
 /// Places tried per rotation before refinement; more finds little better and costs time.
-const PLACES: usize = 450;
+const PLACES: usize = 300;
 /// Rotations tried about the upright one, radians.
 const TURNS: [f32; 3] = [0.0, -0.14, 0.14];
 /// Side of the cells in which use of the exemplar is counted, texels.

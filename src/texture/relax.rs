@@ -6,7 +6,7 @@
 use glam::Vec2;
 use rayon::prelude::*;
 
-use super::chart::{COPIES, INVERSE};
+use super::chart::COPIES;
 use super::flat::FlatMesh;
 use crate::geom::PolyMesh;
 
@@ -19,27 +19,27 @@ const MOMENTUM: f32 = 0.88;
 pub(super) fn relax(mesh: &PolyMesh, flat: &FlatMesh, places: &mut Vec<Vec2>, copies: &[[u8; 4]], pinned: &[usize]) {
     let scale = (4.0 / flat.area).sqrt() as f32;
     let start = places.clone();
-    let mut previous = places.clone();
-    for _ in 0..ROUNDS {
-        let wishes: Vec<[Vec2; 4]> =
-            (0..copies.len()).into_par_iter().with_min_len(256).map(|p| wish(mesh, flat, places, copies, p, scale)).collect();
-        let mut sums = vec![(Vec2::ZERO, 0.0f32); places.len()];
-        for (p, polygon) in mesh.polygons().enumerate() {
-            let weight = flat.flats[p].area.max(1e-12);
-            for (k, &v) in polygon.iter().enumerate() {
-                let back = COPIES[INVERSE[usize::from(copies[p][k])]](wishes[p][k]);
-                sums[v as usize].0 += weight * back;
-                sums[v as usize].1 += weight;
+    let plates: Vec<Plate> = (0..copies.len()).map(|p| Plate::of(mesh, flat, copies, p, scale)).collect();
+    let mut weights = vec![0.0f32; places.len()];
+    plates.iter().for_each(|plate| plate.corners().iter().for_each(|c| weights[c.vertex] += plate.weight));
+    pinned.iter().for_each(|&v| weights[v] = 0.0);
+    // Inside the pool from the start: over a hundred short rounds must not each wake it.
+    rayon::scope(|_| {
+        let mut previous = places.clone();
+        let mut wishes = vec![[Vec2::ZERO; 4]; plates.len()];
+        let mut sums = vec![Vec2::ZERO; places.len()];
+        for _ in 0..ROUNDS {
+            plates.par_iter().zip(&mut wishes).with_min_len(256).for_each(|(plate, wish)| *wish = plate.wish(places));
+            sums.fill(Vec2::ZERO);
+            for (plate, wish) in plates.iter().zip(&wishes) {
+                plate.corners().iter().zip(wish).for_each(|(c, w)| sums[c.vertex] += plate.weight * *w);
+            }
+            for v in (0..places.len()).filter(|&v| weights[v] > 0.0) {
+                let next = sums[v] / weights[v] + MOMENTUM * (places[v] - previous[v]);
+                previous[v] = std::mem::replace(&mut places[v], next);
             }
         }
-        for (v, (sum, weight)) in sums.iter().enumerate().filter(|s| s.1.1 > 0.0) {
-            if !pinned.contains(&v) {
-                let next = *sum / *weight + MOMENTUM * (places[v] - previous[v]);
-                previous[v] = places[v];
-                places[v] = next;
-            }
-        }
-    }
+    });
     // Back halfway, and again, while more polygons are turned over than at first.
     let allowed = turned(mesh, &start, copies);
     for _ in 0..4 {
@@ -51,19 +51,48 @@ pub(super) fn relax(mesh: &PolyMesh, flat: &FlatMesh, places: &mut Vec<Vec2>, co
     *places = start;
 }
 
-/// Where a polygon would like its corners: its flattened shape, turned and moved onto where they are.
-fn wish(mesh: &PolyMesh, flat: &FlatMesh, places: &[Vec2], copies: &[[u8; 4]], p: usize, scale: f32) -> [Vec2; 4] {
-    let (polygon, shape) = (mesh.polygon(p), &flat.flats[p]);
-    let n = polygon.len();
-    let at = |k: usize| COPIES[usize::from(copies[p][k])](places[polygon[k] as usize]);
-    let middle = (0..n).map(at).sum::<Vec2>() / n as f32;
-    let rest = shape.middle();
-    let turn = (0..n).map(|k| {
-        let (a, b) = (shape.corners[k] - rest, at(k) - middle);
-        Vec2::new(a.dot(b), a.perp_dot(b))
-    });
-    let turn = scale * turn.sum::<Vec2>().normalize_or(Vec2::X);
-    std::array::from_fn(|k| middle + turn.rotate(shape.corners[k.min(n - 1)] - rest))
+/// A polygon's flattened shape at the chart's scale, and how its corners hang on the vertices.
+struct Plate {
+    corners: [Corner; 4],
+    count: usize,
+    weight: f32,
+}
+
+#[derive(Clone, Copy)]
+struct Corner {
+    vertex: usize,
+    /// The copy of the vertex that it lies at is `sign` × its place + `shift`.
+    sign: f32,
+    shift: Vec2,
+    /// From the middle of the shape.
+    rest: Vec2,
+}
+
+impl Plate {
+    fn of(mesh: &PolyMesh, flat: &FlatMesh, copies: &[[u8; 4]], p: usize, scale: f32) -> Self {
+        let (polygon, shape) = (mesh.polygon(p), &flat.flats[p]);
+        let corners = std::array::from_fn(|k| {
+            let k = k.min(polygon.len() - 1);
+            let copy = COPIES[usize::from(copies[p][k])];
+            let shift = copy(Vec2::ZERO);
+            let rest = scale * (shape.corners[k] - shape.middle());
+            Corner { vertex: polygon[k] as usize, sign: (copy(Vec2::X) - shift).x, shift, rest }
+        });
+        Self { corners, count: polygon.len(), weight: shape.area.max(1e-12) }
+    }
+
+    fn corners(&self) -> &[Corner] {
+        &self.corners[..self.count]
+    }
+
+    /// Where the polygon would like its vertices: its shape, turned and moved onto where they are.
+    fn wish(&self, places: &[Vec2]) -> [Vec2; 4] {
+        let at = self.corners.map(|c| c.sign * places[c.vertex] + c.shift);
+        let middle = at[..self.count].iter().sum::<Vec2>() / self.count as f32;
+        let turn = self.corners().iter().zip(at).map(|(c, at)| Vec2::new(c.rest.dot(at - middle), c.rest.perp_dot(at - middle)));
+        let turn = turn.sum::<Vec2>().normalize_or(Vec2::X);
+        self.corners.map(|c| c.sign * (middle + turn.rotate(c.rest) - c.shift))
+    }
 }
 
 /// Polygons that the chart turns over.

@@ -126,7 +126,8 @@ pub fn synthesize(
     let reach = flat.flats.iter().flat_map(|f| f.corners().iter().map(|c| c.distance(f.middle()))).fold(0.0, f32::max) * density;
     let matcher = Matcher::new(&layer, reach + SPACING + ASIDE, exemplar.gap_fraction as f32);
     let mut grower = Grower { flat: &flat, layer: &layer, front: front.as_ref(), gains: &gains, matcher, density, params, seed };
-    let (blocks, counts) = grower.grow(&facing);
+    // Inside the pool from the start: the many short waves must not each wake it.
+    let (blocks, counts) = rayon::scope(|_| grower.grow(&facing));
     Ok(VirtualTexture { texels_per_m, blocks, counts, flat, front, gains })
 }
 
