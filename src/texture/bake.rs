@@ -91,11 +91,13 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
         let found = format!("{} polygons but a texture for {}", mesh.polygon_count(), texture.blocks.len());
         return Err(Error::Untexturable { found });
     }
-    let chart = Chart::of(mesh, &texture.flat, center)?;
     let layer = Layer::from(exemplar);
     let sharp = layer.sharpened(SHARPENING);
     // An enlarged photograph has a coarser grain, so its seams need more room.
-    let painter = Painter::new(mesh, texture, &sharp, params, exemplar.scale.max(1.0) as f32);
+    let grain = exemplar.scale.max(1.0) as f32;
+    let (chart, painter) =
+        rayon::join(|| Chart::of(mesh, &texture.flat, center), || Painter::new(mesh, texture, &sharp, params, grain));
+    let chart = chart?;
     let size = params.texture_size.0 as usize;
     let pieces = pieces(mesh, &chart, size as f32);
     let mut shaded = vec![None; size * size];
@@ -120,10 +122,12 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
         grain::strengthen(&mut shaded, size, missing.min(MOST_STRENGTHENING) as f32);
         figures = measure::steps(&shaded, size, expected);
     }
+    let pictures = || rayon::join(|| finish(&shaded, size, |s| s.color), || finish(&shaded, size, |s| s.own));
+    let (surface, (image, before)) = rayon::join(|| chart.surface(mesh), pictures);
     Ok(Atlas {
-        surface: chart.surface(mesh),
-        image: finish(&shaded, size, |s| s.color),
-        before: finish(&shaded, size, |s| s.own),
+        surface,
+        image,
+        before,
         seam_before: figures.border_before,
         seam_after: figures.border_after,
         contrast_before: figures.inside_before,
