@@ -1,9 +1,8 @@
 //! The whole pipeline at its defaults, on the painted samples and, where they are, on real photographs.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use sphereboard::geom::{PolyMesh, Surface, Topology};
+use sphereboard::geom::Topology;
 use sphereboard::model::glb;
 use sphereboard::model::pipeline::{self, ModelParams, ModelRun, Request, View};
 use sphereboard::photo::decode::{DecodeParams, decode};
@@ -43,29 +42,13 @@ fn assert_good_texture(name: &str, run: &ModelRun) {
     }
 }
 
-/// Merges vertices of identical position: a chart's cuts closed again.
-fn merged(surface: &Surface) -> PolyMesh {
-    let mut numbers = BTreeMap::new();
-    let mut positions = Vec::new();
-    let mut number = |v: u32| {
-        let p = surface.mesh.positions[v as usize];
-        *numbers.entry(p.to_array().map(f32::to_bits)).or_insert_with(|| {
-            positions.push(p);
-            positions.len() as u32 - 1
-        })
-    };
-    let triangles = surface.mesh.triangles.iter().map(|t| t.map(&mut number)).collect();
-    let quads = surface.mesh.quads.iter().map(|q| q.map(&mut number)).collect();
-    PolyMesh { triangles, quads, positions }
-}
-
 #[test]
 fn painted_trees_become_closed_crowns_with_good_textures_that_survive_their_file() {
     for name in ["oak", "spruce"] {
         let run = painted(name);
         assert_good_texture(name, &run);
         for crown in &run.model.crowns {
-            assert!(Topology::of(&merged(&crown.surface)).is_sphere(), "{name}: merging equal positions closes the crown");
+            assert!(Topology::of(&crown.surface.welded()).is_sphere(), "{name}: merging equal positions closes the crown");
         }
         let bytes = glb::write(&run.model).unwrap();
         assert_eq!(glb::read(&bytes).unwrap(), run.model, "{name}");

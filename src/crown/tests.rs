@@ -276,7 +276,7 @@ fn two_photographs_of_one_cedar_are_both_kept() {
     for (name, view) in [("A", &a), ("B", &b)] {
         let (smooth, rough) = view.fidelity(&crowns);
         println!("cedar view {name}: undisturbed {smooth:.3}, disturbed {rough:.3}");
-        assert!(smooth >= 0.88 && rough >= 0.85, "view {name}: {smooth:.3}, {rough:.3}");
+        assert!(smooth >= 0.88 && rough >= 0.88, "view {name}: {smooth:.3}, {rough:.3}");
     }
 }
 

@@ -1,5 +1,7 @@
 //! A drawable surface: vertices with normal and texture coordinate, split where the chart is cut.
 
+use std::collections::BTreeMap;
+
 use glam::{Vec2, Vec3};
 
 use super::PolyMesh;
@@ -14,4 +16,25 @@ pub struct Surface {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, one per vertex, glTF convention: (0, 0) is the top left corner of the image. Empty when untextured.
     pub uvs: Vec<Vec2>,
+}
+
+impl Surface {
+    /// The mesh with vertices of bit-identical position merged: the cuts of the chart closed again.
+    ///
+    /// # Panics
+    /// When a polygon names a vertex that is not there.
+    pub fn welded(&self) -> PolyMesh {
+        let mut numbers = BTreeMap::new();
+        let mut positions = Vec::new();
+        let mut number = |v: u32| {
+            let p = self.mesh.positions[v as usize];
+            *numbers.entry(p.to_array().map(f32::to_bits)).or_insert_with(|| {
+                positions.push(p);
+                positions.len() as u32 - 1
+            })
+        };
+        let triangles = self.mesh.triangles.iter().map(|t| t.map(&mut number)).collect();
+        let quads = self.mesh.quads.iter().map(|q| q.map(&mut number)).collect();
+        PolyMesh { triangles, quads, positions }
+    }
 }

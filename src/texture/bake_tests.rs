@@ -1,10 +1,11 @@
+use std::collections::BTreeMap;
+
 use super::*;
 use crate::Seed;
 use crate::geom::Topology;
 use crate::texture::flat::FlatMesh;
 use crate::texture::synth::{FrontChoice, SynthParams, synthesize};
 use crate::texture::test_shapes::{cone, leafy, lumpy_ball};
-use std::collections::BTreeMap;
 
 fn atlas_of(mesh: &PolyMesh, size: u32, side: u32) -> Atlas {
     let params = BakeParams { texture_size: PowerOfTwo(size), ..BakeParams::default() };
@@ -15,27 +16,11 @@ fn atlas_of(mesh: &PolyMesh, size: u32, side: u32) -> Atlas {
     bake(mesh, mesh.bounds().unwrap().center(), &texture, &exemplar, &params).unwrap()
 }
 
-/// Merges vertices of identical position.
-fn merged(surface: &Surface) -> PolyMesh {
-    let mut numbers = BTreeMap::new();
-    let mut positions = Vec::new();
-    let mut number = |v: u32| {
-        let p = surface.mesh.positions[v as usize];
-        *numbers.entry(p.to_array().map(f32::to_bits)).or_insert_with(|| {
-            positions.push(p);
-            positions.len() as u32 - 1
-        })
-    };
-    let triangles = surface.mesh.triangles.iter().map(|t| t.map(&mut number)).collect();
-    let quads = surface.mesh.quads.iter().map(|q| q.map(&mut number)).collect();
-    PolyMesh { triangles, quads, positions }
-}
-
 #[test]
 fn the_charted_surface_is_the_closed_mesh_again_and_stays_in_the_image() {
     for mesh in [lumpy_ball(16, 1.3), lumpy_ball(6, 0.5), cone(14)] {
         let atlas = atlas_of(&mesh, 128, 48);
-        assert!(Topology::of(&merged(&atlas.surface)).is_sphere());
+        assert!(Topology::of(&atlas.surface.welded()).is_sphere());
         assert!(atlas.surface.uvs.iter().all(|uv| uv.min_element() >= 0.0 && uv.max_element() <= 1.0));
         assert!(atlas.surface.mesh.positions.len() < mesh.positions.len() * 5 / 4 + 24, "few vertices stand double");
     }
