@@ -9,7 +9,7 @@
 //! ```
 //!
 //! * floor 0: [`error`], [`seed`], [`params`](mod@params), [`files`], [`geom`], [`raster`] — what everything stands on;
-//! * floor 1: [`photo`] — decoding, segmentation, silhouette, exemplar, trunk cues;
+//! * floor 1: [`photo`] — decoding, segmentation, silhouette, exemplar, trunk cues; [`plant`] — grown trees;
 //! * floor 2: [`crown`] and [`texture`] — outline to closed surface, exemplar to atlas;
 //! * floor 3: [`model`] — the pipeline from photograph to `TreeModel`, and its GLB file;
 //! * floor 7: [`report`] — pictures for people: stage drawings and contact sheets;
@@ -28,6 +28,7 @@ pub mod geom;
 pub mod model;
 pub mod params;
 pub mod photo;
+pub mod plant;
 pub mod raster;
 pub mod report;
 pub mod seed;
