@@ -291,6 +291,34 @@ pub enum Error {
         /// What there is instead.
         found: String,
     },
+    // ---- The graphics device: gpu/, render/ ----
+    /// No adapter of the wanted kind.
+    #[error(
+        "there is no graphics adapter for --adapter {wanted} (found: {}); `sphereboard doctor` says what to install",
+        if found.is_empty() { "none".to_owned() } else { found.join(", ") }
+    )]
+    NoAdapter {
+        /// The choice as the command line spells it.
+        wanted: String,
+        /// The names of those that are there.
+        found: Vec<String>,
+    },
+    /// The driver refused or gave up.
+    #[error("the graphics adapter {adapter} failed: {what}; try --adapter software, a smaller picture, or `sphereboard doctor`")]
+    Device {
+        /// Its name.
+        adapter: String,
+        /// The driver's words.
+        what: String,
+    },
+    /// A picture that the adapter cannot hold.
+    #[error("a picture must have 1 to {limit} pixels a side on this adapter, but {}×{} were asked for; choose another --size", found[0], found[1])]
+    PictureSize {
+        /// Width and height asked for.
+        found: [u32; 2],
+        /// The adapter's longest side.
+        limit: u32,
+    },
 }
 
 /// Something a user should know about a result that was produced all the same.

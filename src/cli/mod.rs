@@ -6,6 +6,7 @@ mod batch;
 mod hints;
 mod model;
 mod options;
+mod render;
 mod say;
 mod segment;
 mod usage;
@@ -34,6 +35,7 @@ pub fn run() -> ExitCode {
     };
     let outcome = match matches.subcommand() {
         Some(("model", m)) => model::run(m),
+        Some(("render", m)) => render::run(m),
         Some(("segment", m)) => segment::run(m),
         _ => unreachable!("clap accepts only the subcommands of `command`"),
     };
@@ -65,6 +67,7 @@ fn command() -> Command {
         .arg_required_else_help(true)
         .subcommand(model::command().after_help(ABOUT_SHE))
         .subcommand(segment::command().after_help(ABOUT_SHE))
+        .subcommand(render::command().after_help(ABOUT_SHE))
 }
 
 /// What a command returns: its exit code, or a mistake in the arguments.
