@@ -312,12 +312,18 @@ pub enum Error {
         what: String,
     },
     /// A picture that the adapter cannot hold.
-    #[error("a picture must have 1 to {limit} pixels a side on this adapter, but {}×{} were asked for; choose another --size", found[0], found[1])]
+    #[error(
+        "a picture must have 1 to {limit} pixels a side on this adapter and at most {megapixels} megapixels, but {}×{} were asked for; \
+         choose another --size",
+        found[0], found[1]
+    )]
     PictureSize {
         /// Width and height asked for.
         found: [u32; 2],
         /// The adapter's longest side.
         limit: u32,
+        /// The most pixels, in 2²⁰.
+        megapixels: u64,
     },
 }
 

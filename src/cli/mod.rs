@@ -3,7 +3,9 @@
 //! Exit codes: 0 all done, 1 at least one photograph failed (the others are written), 2 the arguments make no sense (nothing is written).
 
 mod batch;
+mod doctor;
 mod hints;
+mod look;
 mod model;
 mod options;
 mod render;
@@ -34,6 +36,7 @@ pub fn run() -> ExitCode {
         }
     };
     let outcome = match matches.subcommand() {
+        Some(("doctor", m)) => doctor::run(m),
         Some(("model", m)) => model::run(m),
         Some(("render", m)) => render::run(m),
         Some(("segment", m)) => segment::run(m),
@@ -68,6 +71,7 @@ fn command() -> Command {
         .subcommand(model::command().after_help(ABOUT_SHE))
         .subcommand(segment::command().after_help(ABOUT_SHE))
         .subcommand(render::command().after_help(ABOUT_SHE))
+        .subcommand(doctor::command())
 }
 
 /// What a command returns: its exit code, or a mistake in the arguments.

@@ -1,16 +1,20 @@
 //! Plain images: [`Mask`], float [`Layer`]s, PNG bytes and the small software rasteriser.
 
+mod depth;
 mod encode;
 mod fill;
 mod layer;
 mod mask;
+mod moving;
 mod render;
 mod srgb;
 
+pub use depth::exr_depth;
 pub use encode::{PngEffort, png, png_with};
 pub use fill::{fill_polygon, fill_triangle};
 pub use layer::Layer;
 pub use mask::{Mask, Rect};
+pub use moving::{FRAME_MS, gif, webp};
 pub use render::{Capture, Light, Material, View, render};
 pub use srgb::{to_linear, to_srgb};
 

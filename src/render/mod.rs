@@ -92,6 +92,9 @@ pub struct Picture {
     pub depth_m: Vec<f32>,
 }
 
+/// Most pixels of a picture: its targets take about 30 bytes a pixel, 2 GB in all.
+const MAX_PIXELS: u64 = 64 << 20;
+
 /// Draws frames. Owns the device and every pipeline.
 #[derive(Debug)]
 pub struct Renderer {
@@ -147,9 +150,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Device`] when they do not fit.
     pub fn upload(&self, parts: &[Part]) -> Result<Tree> {
-        let tree = self.meshes.upload(&self.gpu, parts);
-        self.gpu.check()?;
-        Ok(tree)
+        self.gpu.guarded(|| self.meshes.upload(&self.gpu, parts))
     }
 
     /// Takes a picture and reads it back.
@@ -184,13 +185,13 @@ impl Renderer {
 
     fn resize(&mut self, size_px: [u32; 2]) -> Result<()> {
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
-        if !size_px.iter().all(|side| (1..=limit).contains(side)) {
-            return Err(Error::PictureSize { found: size_px, limit });
+        let pixels = size_px.iter().map(|&side| u64::from(side)).product::<u64>();
+        if !size_px.iter().all(|side| (1..=limit).contains(side)) || pixels > MAX_PIXELS {
+            return Err(Error::PictureSize { found: size_px, limit, megapixels: MAX_PIXELS >> 20 });
         }
         if self.targets.as_ref().is_none_or(|targets| targets.size_px != size_px) {
             self.targets = None; // the old ones go before the new ones come
-            self.targets = Some(Targets::new(&self.gpu, size_px));
-            self.gpu.check()?;
+            self.targets = Some(self.gpu.guarded(|| Targets::new(&self.gpu, size_px))?);
         }
         Ok(())
     }
