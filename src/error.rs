@@ -285,6 +285,14 @@ pub enum Error {
         /// What there is instead.
         found: String,
     },
+    /// What is wrong with one of several photographs of a tree.
+    #[error("view {view} of the tree: {cause}")]
+    InView {
+        /// Its place among the views, from 0.
+        view: usize,
+        /// What is wrong.
+        cause: Box<Error>,
+    },
     /// A crown mesh that cannot be textured.
     #[error("the texture needs a closed crown mesh around its centre, but has {found}; try --detail medium or another seed")]
     Untexturable {

@@ -235,6 +235,11 @@ fn of_several_views_the_one_at_fault_is_named() {
     let message = stderr(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.starts_with(&format!("{}: expected a JPEG", bad.display())), "{message}");
+    let sky = place.picture("sky.png", 320, 240, |_, y| [90 + (y / 4) as u8, 150, 230]);
+    let views = [format!("{OAK}@0"), format!("{}@90", sky.display())];
+    let output = sphereboard(["model", "--out", place.out().to_str().unwrap(), "--views", &views[0], &views[1]]);
+    let message = stderr(&output);
+    assert!(message.starts_with(&format!("{}: the picture shows nothing but sky", sky.display())), "{message}");
 }
 
 #[test]
