@@ -227,8 +227,8 @@ pub enum Error {
     },
     /// Nothing in the picture looks like leaves.
     #[error(
-        "no foliage found{within}: the dominant hue is {hue_deg:.0}° ({name}); if that is the crown's colour, give --hue LO..HI around it, \
-         or draw the crown and give --mask FILE"
+        "no foliage found{within}: the dominant hue is {hue_deg:.0}° ({name}); if that is the crown's colour, give --hue {}, or draw the \
+         crown and give --mask FILE", hues_around(*.hue_deg)
     )]
     NoFoliage {
         /// Where or in which range was looked, with a leading space; may be empty.
@@ -285,6 +285,14 @@ pub enum Error {
         /// What there is instead.
         found: String,
     },
+    /// What is wrong with one of several photographs of a tree.
+    #[error("view {view} of the tree: {cause}")]
+    InView {
+        /// Its place among the views, from 0.
+        view: usize,
+        /// What is wrong.
+        cause: Box<Error>,
+    },
     /// A crown mesh that cannot be textured.
     #[error("the texture needs a closed crown mesh around its centre, but has {found}; try --detail medium or another seed")]
     Untexturable {
@@ -325,6 +333,12 @@ pub enum Error {
         /// The most pixels, in 2²⁰.
         megapixels: u64,
     },
+}
+
+/// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.
+fn hues_around(hue_deg: f64) -> String {
+    let middle = if hue_deg > 330.0 { hue_deg - 360.0 } else { hue_deg };
+    format!("{:.0}..{:.0}", middle - 30.0, middle + 30.0)
 }
 
 /// Something a user should know about a result that was produced all the same.
