@@ -42,3 +42,23 @@ fn the_shared_glb_trees_are_read() {
         assert!(imported.parts.iter().flat_map(|p| &p.surface.normals).all(|n: &Vec3| n.is_normalized()));
     }
 }
+
+#[test]
+fn the_shared_obj_trees_are_read() {
+    for path in shared_meshes("obj") {
+        let imported = import::open(&path).unwrap();
+        let [bark, leaves] = &imported.parts[..] else { panic!("two parts") };
+        let (bark_triangles, leaf_quads) = match stem(&path).as_str() {
+            "quaternius_Birch_1" => (1210, 552),
+            "quaternius_Pine_1" => (148, 258),
+            "quaternius_Tree_1" => (444, 180),
+            other => panic!("what is {other}?"),
+        };
+        assert_eq!(bark.surface.mesh.triangulated().count(), bark_triangles);
+        assert_eq!((leaves.surface.mesh.triangles.len(), leaves.surface.mesh.quads.len()), (0, leaf_quads));
+        assert_eq!((bark.material.alpha_cutoff, leaves.material.alpha_cutoff), (None, Some(0.5)));
+        assert!(imported.parts.iter().all(|part| part.material.texture.is_some() && !part.surface.uvs.is_empty()));
+        assert!(imported.warnings.is_empty(), "{:?}", imported.warnings);
+        assert!(imported.parts.iter().flat_map(|p| &p.surface.normals).all(|n: &Vec3| n.is_normalized()));
+    }
+}

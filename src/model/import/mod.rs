@@ -5,7 +5,10 @@
 
 mod folder;
 mod gltf;
+mod mtl;
+mod obj;
 mod picture;
+mod text;
 
 use std::path::Path;
 
@@ -50,6 +53,7 @@ pub fn read(bytes: &[u8], folder: &Folder) -> Result<Imported> {
                 None => (file.parts(folder, &mut warnings)?, None),
             }
         }
+        Kind::Obj => (obj::parts(bytes, folder, &mut warnings)?, None),
         Kind::Other(found) => return Err(Error::NotAModel { found }),
     };
     if parts.is_empty() {
@@ -72,18 +76,41 @@ fn own_model(bytes: &[u8], extras: &Value, warnings: &mut Warnings) -> Option<Tr
     }
 }
 
+fn broken_in(format: &'static str, what: impl Into<String>) -> Error {
+    Error::BrokenModel { format, what: what.into() }
+}
+
 enum Kind {
     Gltf,
+    Obj,
     Other(&'static str),
 }
 
 /// What the first bytes say.
 fn kind_of(bytes: &[u8]) -> Kind {
-    let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
-    match start {
-        _ if bytes.starts_with(b"glTF") => Kind::Gltf,
-        [b'{', ..] => Kind::Gltf,
-        [] => Kind::Other("nothing"),
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    match text {
+        [b'g', b'l', b'T', b'F', ..] | [b'{', ..] => Kind::Gltf,
+        [] => Kind::Other("nothing (0 bytes)"),
+        [b'K', b'a', b'y', b'd', b'a', b'r', b'a', ..] => Kind::Other("an FBX model"),
+        [b'p', b'l', b'y', b'\n' | b'\r', ..] => Kind::Other("a PLY model"),
+        [b'<', ..] => Kind::Other("XML (perhaps a Collada model)"),
+        [b'P', b'K', 3, 4, ..] => Kind::Other("a ZIP archive (perhaps USDZ)"),
+        [b'B', b'L', b'E', b'N', b'D', b'E', b'R', ..] => Kind::Other("a Blender file"),
+        _ if image::guess_format(text).is_ok() => Kind::Other("a picture"),
+        _ => kind_of_text(text),
+    }
+}
+
+/// OBJ has no mark of its own: its first line that is no comment begins with one of its keywords.
+fn kind_of_text(text: &[u8]) -> Kind {
+    const KEYWORDS: [&[u8]; 12] = [b"v", b"vn", b"vt", b"vp", b"f", b"l", b"p", b"o", b"g", b"s", b"usemtl", b"mtllib"];
+    let mut words =
+        text.split(|&byte| byte == b'\n').filter_map(|line| line.split(u8::is_ascii_whitespace).find(|w| !w.is_empty()));
+    match words.find(|word| !word.starts_with(b"#")) {
+        Some(word) if KEYWORDS.contains(&word) => Kind::Obj,
+        Some(b"newmtl") => Kind::Other("an MTL material library, which belongs to an OBJ file"),
+        Some(b"solid") => Kind::Other("an STL model"),
         _ => Kind::Other("something else"),
     }
 }
