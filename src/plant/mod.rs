@@ -5,6 +5,7 @@
 //!                                     └──multires──▶ multichain ──prefix──▶ modules of the first n levels
 //! ```
 
+pub mod multires;
 pub mod skeleton;
 
 pub use skeleton::{Bone, BoneKind, Skeleton};
