@@ -415,6 +415,24 @@ fn hues_around(hue_deg: f64) -> String {
         expected: &'static str,
         /// What it got.
         found: String,
+    // ---- Procedural multiresolution: plant/multires ----
+    /// A chain of modules that has no branches to sort.
+    #[error(
+        "expected a chain of modules with balanced brackets, but module {position} {what}; correct the axiom or the rule that wrote it"
+    )]
+    UnreadableChain {
+        /// The module, counted from 0.
+        position: usize,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// Bytes that are no beginning of a multichain's stream.
+    #[error("expected the byte stream of a multichain, but byte {offset} {what}; send it again from its source")]
+    BrokenStream {
+        /// Where, counted from 0.
+        offset: usize,
+        /// What is wrong there.
+        what: &'static str,
     },
 }
 

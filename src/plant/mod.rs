@@ -5,6 +5,7 @@
 //!                                     └──multires──▶ multichain ──prefix──▶ modules of the first n levels
 //! ```
 
+<<<<<<< HEAD
 pub mod boxes;
 pub mod command;
 pub mod derive;
@@ -12,6 +13,9 @@ pub mod grammar;
 mod growth;
 pub mod module;
 mod neighbours;
+=======
+pub mod multires;
+>>>>>>> chain
 pub mod skeleton;
 pub mod turtle;
 
