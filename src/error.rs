@@ -333,12 +333,6 @@ pub enum Error {
         /// The most pixels, in 2²⁰.
         megapixels: u64,
     },
-}
-
-/// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.
-fn hues_around(hue_deg: f64) -> String {
-    let middle = if hue_deg > 330.0 { hue_deg - 360.0 } else { hue_deg };
-    format!("{:.0}..{:.0}", middle - 30.0, middle + 30.0)
     // ---- Importing trees: model/import, model/reference ----
     /// A file that is no model.
     #[error("expected a tree as GLB, glTF or OBJ, but the file holds {found}; export it as GLB")]
@@ -379,6 +373,7 @@ fn hues_around(hue_deg: f64) -> String {
         asked: String,
         /// What there is.
         known: String,
+    },
     // ---- Grown trees: plant/{grammar, module, derive, turtle}.rs ----
     /// Text that is no L-system, or an L-system that asks for the impossible.
     #[error("line {line}, column {column}: expected {expected}, but found {found}; correct the L-system there")]
@@ -415,6 +410,7 @@ fn hues_around(hue_deg: f64) -> String {
         expected: &'static str,
         /// What it got.
         found: String,
+    },
     // ---- Procedural multiresolution: plant/multires ----
     /// A chain of modules that has no branches to sort.
     #[error(
@@ -434,6 +430,12 @@ fn hues_around(hue_deg: f64) -> String {
         /// What is wrong there.
         what: &'static str,
     },
+}
+
+/// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.
+fn hues_around(hue_deg: f64) -> String {
+    let middle = if hue_deg > 330.0 { hue_deg - 360.0 } else { hue_deg };
+    format!("{:.0}..{:.0}", middle - 30.0, middle + 30.0)
 }
 
 /// Something a user should know about a result that was produced all the same.

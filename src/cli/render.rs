@@ -9,7 +9,7 @@ use image::RgbaImage;
 use indicatif::ProgressBar;
 
 use crate::gpu::layout::Instance;
-use crate::model::{Part, glb};
+use crate::model::{Part, import};
 use crate::raster::{exr_depth, gif, png, webp};
 use crate::render::{Picture, Renderer, Stand, Tree};
 use crate::{Error, Result, files};
@@ -27,7 +27,7 @@ pub fn command() -> Command {
                 .value_name("MODEL")
                 .required(true)
                 .value_parser(value_parser!(PathBuf))
-                .help("A GLB file: a model of ours, or any other with opaque or cut-out (MASK) materials"),
+                .help("A model: GLB, glTF or OBJ, of ours or of any other program"),
         )
         .arg(file("out").required_unless_present("turntable").help("The picture, PNG"))
         .arg(file("depth").requires("out").help("Also write the distance from the viewer's plane: OpenEXR, channel Z, metres"))
@@ -75,10 +75,11 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The model's parts; what was read otherwise than the file says is told.
 fn read_parts(path: &Path) -> Result<Vec<Part>> {
-    let bytes = files::read_whole(path, 1 << 30)?;
-    let model = glb::read(&bytes).map_err(|cause| Error::InFile { path: path.to_owned(), cause: Box::new(cause) })?;
-    Ok(model.parts())
+    let imported = import::open(path)?;
+    imported.warnings.iter().for_each(|warning| say::err(&format!("{}: warning: {}", path.display(), warning.message)));
+    Ok(imported.parts)
 }
 
 /// One tree on its own, and how it is looked at.

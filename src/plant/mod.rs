@@ -5,17 +5,14 @@
 //!                                     └──multires──▶ multichain ──prefix──▶ modules of the first n levels
 //! ```
 
-<<<<<<< HEAD
 pub mod boxes;
 pub mod command;
 pub mod derive;
 pub mod grammar;
 mod growth;
 pub mod module;
-mod neighbours;
-=======
 pub mod multires;
->>>>>>> chain
+mod neighbours;
 pub mod skeleton;
 pub mod turtle;
 

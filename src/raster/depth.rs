@@ -24,6 +24,7 @@ pub fn exr_depth(size_px: [u32; 2], depth_m: &[f32]) -> Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use exr::prelude::{ReadChannels as _, ReadLayers as _};
 
     #[test]
     fn every_depth_comes_back_bit_for_bit() {

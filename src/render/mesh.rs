@@ -132,7 +132,7 @@ impl MeshDrawer {
     }
 
     fn upload_material(&self, gpu: &Gpu, part: &Part) -> wgpu::BindGroup {
-        let Material { factor, texture, wrap, alpha_cutoff, two_sided } = &part.material;
+        let Material { factor, texture, wrap, alpha_cutoff, two_sided, name: _ } = &part.material;
         let values = layout::Material {
             factor: *factor,
             crown_center: part.crown_center.unwrap_or_default().to_array(),
