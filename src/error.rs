@@ -319,6 +319,12 @@ pub enum Error {
         /// The driver's words.
         what: String,
     },
+    /// No window, or none that can be drawn into.
+    #[error("a window cannot be opened: {what}; on a machine without a screen use `sphereboard render`, or xvfb-run")]
+    NoWindow {
+        /// What the window system said.
+        what: String,
+    },
     /// A picture that the adapter cannot hold.
     #[error(
         "a picture must have 1 to {limit} pixels a side on this adapter and at most {megapixels} megapixels, but {}×{} were asked for; \

@@ -12,6 +12,7 @@ mod render;
 mod say;
 mod segment;
 mod usage;
+mod view;
 
 use std::ffi::OsStr;
 use std::process::ExitCode;
@@ -40,6 +41,7 @@ pub fn run() -> ExitCode {
         Some(("model", m)) => model::run(m),
         Some(("render", m)) => render::run(m),
         Some(("segment", m)) => segment::run(m),
+        Some(("view", m)) => view::run(m),
         _ => unreachable!("clap accepts only the subcommands of `command`"),
     };
     outcome.unwrap_or_else(|error| {
@@ -71,6 +73,7 @@ fn command() -> Command {
         .subcommand(model::command().after_help(ABOUT_SHE))
         .subcommand(segment::command().after_help(ABOUT_SHE))
         .subcommand(render::command().after_help(ABOUT_SHE))
+        .subcommand(view::command())
         .subcommand(doctor::command())
 }
 

@@ -76,7 +76,7 @@ pub fn run(matches: &ArgMatches) -> Outcome {
 }
 
 /// The model's parts; what was read otherwise than the file says is told.
-fn read_parts(path: &Path) -> Result<Vec<Part>> {
+pub fn read_parts(path: &Path) -> Result<Vec<Part>> {
     let imported = import::open(path)?;
     imported.warnings.iter().for_each(|warning| say::err(&format!("{}: warning: {}", path.display(), warning.message)));
     Ok(imported.parts)

@@ -10,6 +10,7 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("shared/screen", include_str!("../../shaders/shared/screen.wgsl")),
     ("mesh", include_str!("../../shaders/mesh.wgsl")),
     ("backdrop", include_str!("../../shaders/backdrop.wgsl")),
+    ("present", include_str!("../../shaders/present.wgsl")),
     ("composite", include_str!("../../shaders/composite.wgsl")),
 ];
 

@@ -13,18 +13,20 @@ mod backdrop;
 mod camera;
 mod composite;
 mod mesh;
+mod present;
 mod targets;
 
 use glam::{Mat4, Vec3};
 use image::RgbaImage;
 
 use crate::geom::Bounds;
-use crate::gpu::{Gpu, layout, read_texture};
+use crate::gpu::{Gpu, Target, layout, read_texture};
 use crate::model::Part;
 use crate::{Error, Result};
 
 pub use camera::{Camera, FOV_Y_RAD, Projection};
 pub use mesh::Tree;
+pub use present::Window;
 
 use backdrop::Backdrop;
 use composite::Composite;
@@ -166,6 +168,14 @@ impl Renderer {
         let depth_m = depth.chunks_exact(4).map(|b| shot.camera.distance_m(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))).collect();
         let color = RgbaImage::from_raw(width, height, color).expect("as many bytes as the target has pixels");
         Ok(Picture { color, depth_m })
+    }
+
+    /// The picture that [`Renderer::draw`] made last.
+    ///
+    /// # Panics
+    /// Before the first.
+    fn drawn(&self) -> &Target {
+        &self.targets.as_ref().expect("draw makes them").frame_color
     }
 
     /// Draws a frame into the targets.
