@@ -1,9 +1,10 @@
-//! Plain images: [`Mask`], float [`Layer`]s, PNG bytes and the small software rasteriser.
+//! Plain images: [`Mask`], float [`Layer`]s, mip chains, PNG bytes and the small software rasteriser.
 
 mod encode;
 mod fill;
 mod layer;
 mod mask;
+mod mips;
 mod render;
 mod srgb;
 
@@ -11,6 +12,7 @@ pub use encode::{PngEffort, png, png_with};
 pub use fill::{fill_polygon, fill_triangle};
 pub use layer::Layer;
 pub use mask::{Mask, Rect};
+pub use mips::mip_chain;
 pub use render::{Capture, Light, Material, View, render};
 pub use srgb::{to_linear, to_srgb};
 
