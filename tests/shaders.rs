@@ -80,15 +80,18 @@ fn rust_structs() -> Vec<(&'static str, usize, Vec<(&'static str, usize, usize)>
             toward_sun,
             lit,
             sun_color,
-            wind_m_per_s,
+            shadow_texel_m,
             sky_color,
             ground_m,
             ground_color,
             background,
             size_px,
             px_per_m,
+            lean,
+            flutter_m,
+            sun_depth_m,
         }),
-        rust_struct!(Material { factor, crown_center, alpha_cutoff, grows, two_sided, pad }),
+        rust_struct!(Material { factor, crown_center, alpha_cutoff, grows, two_sided, crown_reach, tree_height_m, foliage, pad }),
     ]
 }
 

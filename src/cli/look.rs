@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::geom::Bounds;
 use crate::gpu::{AdapterChoice, Gpu};
-use crate::render::{Background, Camera, Renderer, Shot, Stage};
+use crate::render::{Background, Camera, LightParams, Renderer, Shot, Stage, WindParams};
 use crate::{Error, Result};
 
 use super::options;
@@ -37,6 +37,10 @@ pub struct Look {
     pub size_px: [u32; 2],
     /// Towards the sun, unit length.
     pub toward_sun: Vec3,
+    /// Sun and sky.
+    pub light: LightParams,
+    /// Wind and its time.
+    pub wind: WindParams,
     /// Which adapter draws.
     adapter: AdapterChoice,
 }
@@ -73,7 +77,9 @@ pub fn add(command: Command) -> Command {
                 .default_value("40,45")
                 .help("Where the sun stands, in °: azimuth as the viewer's, elevation above the horizon"),
         );
-    options::add::<LookParams>(add_adapter(command), "View")
+    let command = options::add::<LookParams>(add_adapter(command), "View");
+    let command = options::add::<LightParams>(command, "Light");
+    options::add::<WindParams>(command, "Wind")
 }
 
 /// Adds the choice of the adapter, which every command that draws has.
@@ -108,7 +114,14 @@ impl Look {
         }
         let ((sa, ca), (se, ce)) = (sun[0].to_radians().sin_cos(), sun[1].to_radians().sin_cos());
         let toward_sun = Vec3::new(sa * ce, se, ca * ce);
-        Ok(Self { params: options::read(matches)?, size_px, toward_sun, adapter: adapter(matches) })
+        Ok(Self {
+            params: options::read(matches)?,
+            size_px,
+            toward_sun,
+            light: options::read(matches)?,
+            wind: options::read(matches)?,
+            adapter: adapter(matches),
+        })
     }
 
     /// Opens the adapter and compiles the passes.
@@ -137,7 +150,8 @@ impl Look {
     /// The picture to take from there.
     pub fn shot(&self, camera: Camera) -> Shot {
         let LookParams { stage, background, .. } = self.params;
-        Shot { camera, size_px: self.size_px, stage, background, toward_sun: self.toward_sun }
+        let (light, wind) = (self.light.clone(), self.wind.clone());
+        Shot { camera, size_px: self.size_px, stage, background, toward_sun: self.toward_sun, light, wind }
     }
 }
 

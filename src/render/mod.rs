@@ -12,11 +12,14 @@
 mod backdrop;
 mod camera;
 mod composite;
+mod light;
 mod mesh;
 mod present;
+mod shadow;
 mod targets;
+mod wind;
 
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Quat, Vec3};
 use image::RgbaImage;
 
 use crate::geom::Bounds;
@@ -25,13 +28,18 @@ use crate::model::Part;
 use crate::{Error, Result};
 
 pub use camera::{Camera, FOV_Y_RAD, Projection};
+pub use light::LightParams;
 pub use mesh::Tree;
 pub use present::Window;
+pub use wind::WindParams;
 
 use backdrop::Backdrop;
 use composite::Composite;
-use mesh::MeshDrawer;
+use light::Light;
+use mesh::{MeshDrawer, Placed};
+use shadow::{SunMap, SunView};
 use targets::Targets;
+use wind::Sway;
 
 crate::choices! {
     /// How far the picture is taken: She fig. 15 b to e.
@@ -74,6 +82,10 @@ pub struct Shot {
     pub background: Background,
     /// Towards the sun, any length but zero.
     pub toward_sun: Vec3,
+    /// How bright, and how far shadows fall.
+    pub light: LightParams,
+    /// The wind and the moment.
+    pub wind: WindParams,
 }
 
 /// A tree and where it stands, as often as it stands there.
@@ -106,6 +118,7 @@ pub struct Renderer {
     frame_group: wgpu::BindGroup,
     backdrop: Backdrop,
     meshes: MeshDrawer,
+    sun: SunMap,
     composite: Composite,
     targets: Option<Targets>,
 }
@@ -140,11 +153,12 @@ impl Renderer {
             layout: &frame_layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: frame.as_entire_binding() }],
         });
-        let backdrop = Backdrop::new(&gpu, &frame_layout);
-        let meshes = MeshDrawer::new(&gpu, &frame_layout);
+        let sun = SunMap::new(&gpu, 1);
+        let backdrop = Backdrop::new(&gpu, &frame_layout, &sun.layout);
+        let meshes = MeshDrawer::new(&gpu, &frame_layout, &sun.layout);
         let composite = Composite::new(&gpu);
         gpu.check()?;
-        Ok(Self { gpu, frame, frame_group, backdrop, meshes, composite, targets: None })
+        Ok(Self { gpu, frame, frame_group, backdrop, meshes, sun, composite, targets: None })
     }
 
     /// Puts the parts of a tree onto the device.
@@ -182,15 +196,41 @@ impl Renderer {
     fn draw(&mut self, shot: &Shot, stands: &[Stand]) -> Result<()> {
         self.resize(shot.size_px)?;
         let targets = self.targets.as_ref().expect("just made");
-        let bounds = scene_bounds(stands);
-        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, bounds)));
+        let sway = Sway::of(&shot.wind);
+        let casters = scene_bounds(stands, sway).filter(|_| shot.stage == Stage::Lit);
+        if casters.is_some() {
+            self.sun.resize(&self.gpu, shot.light.shadow_map_px.0);
+        }
+        let toward_sun = shot.toward_sun.normalize_or(Vec3::Y);
+        let range_m = shot.light.shadow_range_m as f32;
+        let view = casters.map(|casters| SunView::fit(toward_sun, casters, &shot.camera, range_m, self.sun.size_px));
+        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view)));
         let drawn: Vec<_> = stands.iter().map(|stand| (stand.tree, self.meshes.place(&self.gpu, stand.instances))).collect();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        self.backdrop.draw(&mut encoder, &self.frame_group, targets, shot.background);
-        self.meshes.draw(&mut encoder, &self.frame_group, targets, &drawn);
+        if let Some(view) = view {
+            self.meshes.cast(&mut encoder, &self.frame_group, &self.sun.depth, &self.casters(stands, sway, view));
+        }
+        self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background);
+        self.meshes.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, &drawn);
         self.composite.draw(&self.gpu, &mut encoder, targets);
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.check()
+    }
+
+    /// The trees that the sun's map may show.
+    fn casters<'a>(&self, stands: &[Stand<'a>], sway: Sway, view: SunView) -> Vec<(&'a Tree, Placed)> {
+        let of_stand = |stand: &Stand<'a>| {
+            let bounds = stand.tree.bounds()?;
+            let radius = 0.5 * bounds.size().length() + sway.reach_m(bounds.max.y);
+            let seen = |i: &layout::Instance| {
+                let center =
+                    Vec3::from(i.position) + i.scale * (Quat::from_array(i.rotation.map(f32::from)).normalize() * bounds.center());
+                view.sees(center, radius * i.scale, self.sun.size_px)
+            };
+            let instances: Vec<_> = stand.instances.iter().filter(|i| seen(i)).copied().collect();
+            (!instances.is_empty()).then(|| (stand.tree, self.meshes.place(&self.gpu, &instances)))
+        };
+        stands.iter().filter_map(of_stand).collect()
     }
 
     fn resize(&mut self, size_px: [u32; 2]) -> Result<()> {
@@ -207,37 +247,49 @@ impl Renderer {
     }
 }
 
-/// The box around everything placed.
-fn scene_bounds(stands: &[Stand]) -> Option<Bounds> {
+/// The box around everything placed, wherever the wind may push it.
+fn scene_bounds(stands: &[Stand], sway: Sway) -> Option<Bounds> {
     let corners =
         stands.iter().filter_map(|stand| Some((stand.tree.bounds()?, stand.instances))).flat_map(|(bounds, instances)| {
-            let radius = bounds.min.abs().max(bounds.max.abs()).length();
-            instances.iter().flat_map(move |i| {
-                let (at, reach) = (Vec3::from(i.position), Vec3::splat(radius * i.scale));
-                [at - reach, at + reach]
-            })
+            let reach = Vec3::splat(sway.reach_m(bounds.max.y));
+            let swayed = Bounds { min: bounds.min - reach, max: bounds.max + reach };
+            instances.iter().flat_map(move |instance| placed_corners(swayed, instance))
         });
     Bounds::of(corners)
 }
 
-fn frame_of(shot: &Shot, bounds: Option<Bounds>) -> layout::Frame {
+/// The corners of a tree's box where an instance stands.
+fn placed_corners(b: Bounds, instance: &layout::Instance) -> [Vec3; 8] {
+    let turn = Quat::from_array(instance.rotation.map(f32::from)).normalize();
+    let at = |x, y, z| Vec3::from(instance.position) + instance.scale * (turn * Vec3::new(x, y, z));
+    let at_height = |y| [at(b.min.x, y, b.min.z), at(b.max.x, y, b.min.z), at(b.min.x, y, b.max.z), at(b.max.x, y, b.max.z)];
+    let ([a, b, c, d], [e, f, g, h]) = (at_height(b.min.y), at_height(b.max.y));
+    [a, b, c, d, e, f, g, h]
+}
+
+fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>) -> layout::Frame {
     let [width, height] = shot.size_px;
     let clip_from_world = shot.camera.clip_from_world(width as f32 / height as f32);
+    let toward_sun = shot.toward_sun.normalize_or(Vec3::Y);
+    let light = Light::of(toward_sun, shot.light.exposure as f32);
     layout::Frame {
         clip_from_world: clip_from_world.to_cols_array_2d(),
         world_from_clip: clip_from_world.inverse().to_cols_array_2d(),
-        sun_clip_from_world: Mat4::IDENTITY.to_cols_array_2d(),
+        sun_clip_from_world: sun.map_or(Mat4::IDENTITY, |sun| sun.clip_from_world).to_cols_array_2d(),
         eye: shot.camera.eye.to_array(),
-        time_s: 0.0,
-        toward_sun: shot.toward_sun.normalize_or(Vec3::Y).to_array(),
+        time_s: shot.wind.time as f32,
+        toward_sun: toward_sun.to_array(),
         lit: if shot.stage == Stage::Lit { 1.0 } else { 0.0 },
-        sun_color: [0.9, 0.85, 0.75],
-        wind_m_per_s: 0.0,
-        sky_color: [0.5, 0.55, 0.65],
-        ground_m: bounds.map_or(0.0, |_| 0.0),
-        ground_color: [0.2, 0.2, 0.15],
+        sun_color: light.sun.to_array(),
+        shadow_texel_m: sun.map_or(0.0, |sun| sun.texel_m),
+        sky_color: light.sky.to_array(),
+        ground_m: 0.0,
+        ground_color: light.ground.to_array(),
         background: shot.background as u32,
         size_px: [width as f32, height as f32],
         px_per_m: shot.camera.px_per_m(height),
+        lean: sway.lean.to_array(),
+        flutter_m: sway.flutter_m,
+        sun_depth_m: sun.map_or(1.0, |sun| sun.depth_m),
     }
 }
