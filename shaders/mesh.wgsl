@@ -1,5 +1,6 @@
 // Surfaces of placed trees into the temporary colour, depth and id buffers (She §3.4, fig. 14).
 #import shared/frame
+#import shared/id
 
 // Mirrors gpu::layout::Material.
 struct Material {
@@ -11,6 +12,8 @@ struct Material {
     pad: vec2u,
 }
 
+// Crowns near enough to grow, by slot.
+@group(0) @binding(8) var<storage, read> crowns: array<GrowingCrown>;
 @group(1) @binding(0) var<uniform> material: Material;
 @group(1) @binding(1) var color_texture: texture_2d<f32>;
 @group(1) @binding(2) var color_sampler: sampler;
@@ -31,7 +34,8 @@ struct Seen {
     @location(2) uv: vec2f,
     // From the crown's centre, object space.
     @location(3) from_center: vec3f,
-    @location(4) @interpolate(flat) id: u32,
+    // Slot of its first crown; 0 when none grows.
+    @location(4) @interpolate(flat) slot: u32,
 }
 
 fn turned(q: vec4f, v: vec3f) -> vec3f {
@@ -48,7 +52,7 @@ fn vs_main(corner: Corner) -> Seen {
     seen.normal = turned(q, corner.normal);
     seen.uv = corner.uv;
     seen.from_center = corner.position - material.crown_center;
-    seen.id = corner.id.x;
+    seen.slot = corner.id.y;
     return seen;
 }
 
@@ -69,5 +73,13 @@ fn fs_main(seen: Seen, @builtin(front_facing) front: bool) -> Drawn {
     }
     let sun = max(dot(n, frame.toward_sun), 0.0) * frame.sun_color;
     let light = mix(vec3f(1.0), sun + mix(frame.ground_color, frame.sky_color, 0.5 + 0.5 * n.y), frame.lit);
-    return Drawn(vec4f(color.rgb * light, 1.0), 1u);
+    return Drawn(vec4f(color.rgb * light, 1.0), id_of(seen, n));
+}
+
+fn id_of(seen: Seen, n: vec3f) -> u32 {
+    if material.grows == 0u || seen.slot == 0u {
+        return 0u;
+    }
+    let slot = seen.slot + material.grows - 1u;
+    return crown_id(slot, crowns[slot], seen.from_center, abs(dot(n, normalize(frame.eye - seen.world))));
 }

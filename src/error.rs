@@ -319,6 +319,15 @@ pub enum Error {
         /// The adapter's longest side.
         limit: u32,
     },
+    // ---- Growth of outlines ----
+    /// A picture too large for the buffers of growth.
+    #[error("outlines grow in pictures of up to {limit_px} pixels on this adapter, but {}×{} were asked for; choose another --size or --growth none", found[0], found[1])]
+    GrowthSize {
+        /// Width and height asked for.
+        found: [u32; 2],
+        /// How many pixels there may be.
+        limit_px: u64,
+    },
 }
 
 /// Something a user should know about a result that was produced all the same.

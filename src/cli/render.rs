@@ -9,7 +9,7 @@ use glam::Vec3;
 use crate::gpu::{AdapterChoice, Gpu, layout::Instance};
 use crate::model::{self, glb};
 use crate::raster::png;
-use crate::render::{Background, Camera, Renderer, Shot, Stage, Stand};
+use crate::render::{Background, Camera, GrowthParams, Renderer, Shot, Stage, Stand};
 use crate::{Error, Result, files};
 
 use super::{Outcome, options};
@@ -59,7 +59,7 @@ pub fn command() -> Command {
                 .default_value("auto")
                 .help("Which graphics adapter: auto, software, gpu or a part of its name; `sphereboard doctor` lists them"),
         );
-    options::add::<LookParams>(command, "View")
+    options::add::<GrowthParams>(options::add::<LookParams>(command, "View"), "Growth of outlines")
 }
 
 /// Runs it.
@@ -89,6 +89,8 @@ pub fn run(matches: &ArgMatches) -> Outcome {
         stage: look.stage,
         background: look.background,
         toward_sun,
+        growth: options::read(matches)?,
+        frame: 0,
     };
     let picture = renderer.picture(&shot, &[Stand { tree: &tree, instances: &[Instance::IDENTITY] }])?;
     let out: &PathBuf = matches.get_one("out").expect("clap requires it");

@@ -8,6 +8,9 @@ use super::Gpu;
 pub const SHADERS: &[(&str, &str)] = &[
     ("shared/frame", include_str!("../../shaders/shared/frame.wgsl")),
     ("shared/screen", include_str!("../../shaders/shared/screen.wgsl")),
+    ("shared/id", include_str!("../../shaders/shared/id.wgsl")),
+    ("growth", include_str!("../../shaders/growth.wgsl")),
+    ("grown", include_str!("../../shaders/grown.wgsl")),
     ("mesh", include_str!("../../shaders/mesh.wgsl")),
     ("backdrop", include_str!("../../shaders/backdrop.wgsl")),
     ("composite", include_str!("../../shaders/composite.wgsl")),

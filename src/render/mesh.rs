@@ -7,7 +7,8 @@ use wgpu::util::DeviceExt;
 use super::targets::{COLOR, ID, Targets, color_attachment, depth_attachment, nearer};
 use crate::geom::Bounds;
 use crate::gpu::{Gpu, Shader, layout, upload_mips};
-use crate::model::{Material, Part, Wrap, bounds};
+use crate::model::{Growth, GrowthProfile, Material, Part, Wrap, bounds};
+use glam::Vec3;
 
 /// A tree on the device.
 #[derive(Debug)]
@@ -15,9 +16,45 @@ pub struct Tree {
     parts: Vec<DrawnPart>,
     bounds: Option<Bounds>,
     triangles: usize,
+    crowns: Vec<CrownShape>,
+    growth: Growth,
+}
+
+/// What growth has to know of a crown; object space, metres.
+#[derive(Debug, Clone, Copy)]
+pub struct CrownShape {
+    /// From where all of it is seen.
+    pub center: Vec3,
+    /// Half axes of the ellipsoid that is like it.
+    pub half_axes: Vec3,
+    /// The box around it.
+    pub bounds: Bounds,
+}
+
+impl CrownShape {
+    fn of(part: &Part) -> Option<Self> {
+        let (center, bounds) = (part.crown_center?, part.surface.mesh.bounds()?);
+        let half_axes = (0.5 * bounds.size()).max(Vec3::splat(1e-4));
+        Some(Self { center, half_axes, bounds })
+    }
 }
 
 impl Tree {
+    /// The same tree, whose outlines grow so.
+    pub fn growing(self, growth: Growth) -> Self {
+        Self { growth, ..self }
+    }
+
+    /// How its outlines grow.
+    pub fn growth(&self) -> Growth {
+        self.growth
+    }
+
+    /// Its sphere-board crowns.
+    pub fn crowns(&self) -> &[CrownShape] {
+        &self.crowns
+    }
+
     /// The box around it, object space; `None` for a tree of nothing.
     pub fn bounds(&self) -> Option<Bounds> {
         self.bounds
@@ -104,14 +141,25 @@ impl MeshDrawer {
     /// Puts a tree onto the device.
     pub fn upload(&self, gpu: &Gpu, parts: &[Part]) -> Tree {
         let drawable = parts.iter().filter(|part| part.surface.mesh.polygon_count() > 0);
+        let mut crowns = vec![];
+        let mut drawn = vec![];
+        for part in drawable {
+            let crown = CrownShape::of(part);
+            crowns.extend(crown);
+            drawn.push(self.upload_part(gpu, part, if crown.is_some() { crowns.len() as u32 } else { 0 }));
+        }
+        let bounds = bounds(parts);
+        let height_m = bounds.map_or(1.0, |b| f64::from(b.size().y));
         Tree {
-            parts: drawable.map(|part| self.upload_part(gpu, part)).collect(),
-            bounds: bounds(parts),
+            parts: drawn,
+            bounds,
+            crowns,
+            growth: Growth::likely(GrowthProfile::Broadleaf, height_m),
             triangles: parts.iter().map(|part| part.surface.mesh.triangulated().count()).sum(),
         }
     }
 
-    fn upload_part(&self, gpu: &Gpu, part: &Part) -> DrawnPart {
+    fn upload_part(&self, gpu: &Gpu, part: &Part, crown: u32) -> DrawnPart {
         let surface = &part.surface;
         let vertex = |i: usize| layout::Vertex {
             position: surface.mesh.positions[i].to_array(),
@@ -127,17 +175,17 @@ impl MeshDrawer {
             vertices: buffer("mesh.vertices", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer("mesh.indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             count: indices.len() as u32,
-            material: self.upload_material(gpu, part),
+            material: self.upload_material(gpu, part, crown),
         }
     }
 
-    fn upload_material(&self, gpu: &Gpu, part: &Part) -> wgpu::BindGroup {
+    fn upload_material(&self, gpu: &Gpu, part: &Part, crown: u32) -> wgpu::BindGroup {
         let Material { factor, texture, wrap, alpha_cutoff, two_sided } = &part.material;
         let values = layout::Material {
             factor: *factor,
             crown_center: part.crown_center.unwrap_or_default().to_array(),
             alpha_cutoff: alpha_cutoff.unwrap_or(0.0),
-            grows: u32::from(part.crown_center.is_some()),
+            grows: crown,
             two_sided: u32::from(*two_sided),
             ..layout::Material::zeroed()
         };

@@ -12,8 +12,11 @@
 mod backdrop;
 mod camera;
 mod composite;
+mod growth;
+mod limb;
 mod mesh;
 mod targets;
+mod tiles;
 
 use glam::{Mat4, Vec3};
 use image::RgbaImage;
@@ -24,10 +27,12 @@ use crate::model::Part;
 use crate::{Error, Result};
 
 pub use camera::{Camera, FOV_Y_RAD, Projection};
-pub use mesh::Tree;
+pub use growth::{GrowthChoice, GrowthEdges, GrowthInput, GrowthKeys, GrowthParams};
+pub use mesh::{CrownShape, Tree};
 
 use backdrop::Backdrop;
 use composite::Composite;
+use growth::GrowthPass;
 use mesh::MeshDrawer;
 use targets::Targets;
 
@@ -72,6 +77,10 @@ pub struct Shot {
     pub background: Background,
     /// Towards the sun, any length but zero.
     pub toward_sun: Vec3,
+    /// How outlines grow.
+    pub growth: GrowthParams,
+    /// Number of the frame: only [`GrowthKeys::Random`] asks for it.
+    pub frame: u32,
 }
 
 /// A tree and where it stands, as often as it stands there.
@@ -102,6 +111,8 @@ pub struct Renderer {
     backdrop: Backdrop,
     meshes: MeshDrawer,
     composite: Composite,
+    growth: GrowthPass,
+    crowns: wgpu::Buffer,
     targets: Option<Targets>,
 }
 
@@ -113,16 +124,10 @@ impl Renderer {
     pub fn new(gpu: Gpu) -> Result<Self> {
         let frame_layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("frame.layout"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
+            entries: &[
+                buffer_entry(0, wgpu::BufferBindingType::Uniform),
+                buffer_entry(8, wgpu::BufferBindingType::Storage { read_only: true }),
+            ],
         });
         let frame = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame.uniform"),
@@ -130,16 +135,26 @@ impl Renderer {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let crowns = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame.crowns"),
+            size: (growth::SLOTS * size_of::<layout::GrowingCrown>()) as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
         let frame_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("frame.group"),
             layout: &frame_layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: frame.as_entire_binding() }],
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: frame.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 8, resource: crowns.as_entire_binding() },
+            ],
         });
         let backdrop = Backdrop::new(&gpu, &frame_layout);
         let meshes = MeshDrawer::new(&gpu, &frame_layout);
         let composite = Composite::new(&gpu);
+        let growth = GrowthPass::new(&gpu);
         gpu.check()?;
-        Ok(Self { gpu, frame, frame_group, backdrop, meshes, composite, targets: None })
+        Ok(Self { gpu, frame, frame_group, backdrop, meshes, composite, growth, crowns, targets: None })
     }
 
     /// Puts the parts of a tree onto the device.
@@ -173,10 +188,18 @@ impl Renderer {
         let targets = self.targets.as_ref().expect("just made");
         let bounds = scene_bounds(stands);
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, bounds)));
-        let drawn: Vec<_> = stands.iter().map(|stand| (stand.tree, self.meshes.place(&self.gpu, stand.instances))).collect();
+        let growing = GrowthInput::new(shot, stands, &self.growth.twigs);
+        self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
+        let placed = |(stand, slots): (&Stand, &Vec<u32>)| {
+            let placed: Vec<_> =
+                stand.instances.iter().zip(slots).map(|(place, slot)| layout::Instance { extra: *slot, ..*place }).collect();
+            self.meshes.place(&self.gpu, &placed)
+        };
+        let drawn: Vec<_> = stands.iter().zip(&growing.slots).map(|pair| (pair.0.tree, placed(pair))).collect();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         self.backdrop.draw(&mut encoder, &self.frame_group, targets, shot.background);
         self.meshes.draw(&mut encoder, &self.frame_group, targets, &drawn);
+        self.growth.draw(&self.gpu, &mut encoder, targets, &growing, &self.crowns)?;
         self.composite.draw(&self.gpu, &mut encoder, targets);
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.check()
@@ -193,6 +216,15 @@ impl Renderer {
             self.gpu.check()?;
         }
         Ok(())
+    }
+}
+
+fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
     }
 }
 
