@@ -18,6 +18,9 @@ struct GrowthFrame {
     // 1: the paper's lengths, new for every pixel and frame.
     random: u32,
     frame: u32,
+    // 1: pixels with two background neighbours beside each other are roots too.
+    corners: u32,
+    pad: u32,
     root_limit: u32,
     grown_limit: u32,
 }
@@ -46,7 +49,7 @@ struct Grown {
 @group(0) @binding(5) var tree_depth: texture_depth_2d;
 @group(0) @binding(6) var tree_id: texture_2d<u32>;
 @group(0) @binding(7) var<storage, read_write> counts: Counts;
-// x: pixel x | y << 16; y: length in sixteenths of a pixel | octant << 16.
+// x: pixel x | y << 16; y: length in sixteenths of a pixel | sides << 16.
 @group(0) @binding(8) var<storage, read_write> roots: array<vec2u>;
 @group(0) @binding(9) var<storage, read_write> nearest: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> keys: array<atomic<u32>>;
@@ -55,16 +58,32 @@ struct Grown {
 
 // Longest growth, sixteenths of a pixel.
 const LONGEST: f32 = 496.0;
+const NO_ROOT: u32 = 8u;
 const ROOTS_PER_GROUP: u32 = 64u;
 // Facing up to which an outline grows in full, and what each step beyond takes off, of 64.
 const FACING_FULL: u32 = 26u;
 const FACING_LOSS: u32 = 3u;
 
-// Octants counter-clockwise from the right; y runs down.
-fn step_of(octant: u32) -> vec2i {
-    let x = array(1, 1, 0, -1, -1, -1, 0, 1);
-    let y = array(0, -1, -1, -1, 0, 1, 1, 1);
-    return vec2i(x[octant], y[octant]);
+// The neighbours R, T, L, B; y runs down.
+fn side_step(side: u32) -> vec2i {
+    let x = array(1, 0, -1, 0);
+    let y = array(0, -1, 0, 1);
+    return vec2i(x[side], y[side]);
+}
+
+// The i-th pixel of a growth, seen from its root. Steps alternate between two sides, so that slanted growths of neighbouring roots
+// leave no holes; straight growths have the same side twice.
+fn offset_of(sides: u32, i: i32) -> vec2i {
+    return ((i + 1) / 2) * side_step(sides & 3u) + (i / 2) * side_step(sides >> 2u);
+}
+
+// The two sides that a growth towards `octant` alternates between, the one that leads off the outline first.
+fn sides_of(axis: u32, octant: u32) -> u32 {
+    let before = (octant >> 1u) & 3u;
+    let after = ((octant + 1u) >> 1u) & 3u;
+    let first = select(select(before, after, (before & 1u) == 1u), axis >> 1u, (axis & 1u) == 0u);
+    let second = select(after, before, first == after);
+    return first | (second << 2u);
 }
 
 fn in_picture(at: vec2i) -> bool {
@@ -96,7 +115,7 @@ fn scrambled(word: u32) -> u32 {
     return h ^ (h >> 16u);
 }
 
-// Length in sixteenths of a pixel, and octant, of the growth of a root whose background lies towards `axis` (0 R, 2 T, 4 L, 6 B).
+// Length in sixteenths of a pixel, and sides, of the growth of a root whose background lies in octant `axis`.
 fn growth_of(at: vec2i, id: u32, axis: u32) -> vec2u {
     let crown = crowns[slot_of(id)];
     let place = id & ((1u << PLACE_BITS) - 1u);
@@ -117,20 +136,27 @@ fn growth_of(at: vec2i, id: u32, axis: u32) -> vec2u {
     let loss = min((max(facing, FACING_FULL) - FACING_FULL) * FACING_LOSS, 64u);
     let turn = ((((limb >> 16u) + 16u) >> 5u) - axis) & 7u;
     let way = select(select(7u, 1u, turn < 4u), 0u, turn == 0u || turn == 4u);
-    return vec2u((full * (64u - loss)) >> 6u, (axis + way) & 7u);
+    return vec2u((full * (64u - loss)) >> 6u, sides_of(axis, (axis + way) & 7u));
 }
 
 // The growth without what would run out of the picture or into something that is not behind its root.
 fn clipped(at: vec2i, own: u32, gap_m: f32, growing: vec2u) -> u32 {
-    let step = step_of(growing.y);
     let last = i32((growing.x + 15u) / 16u);
     for (var i = 1; i <= last; i++) {
-        let next = at + i * step;
+        let next = at + offset_of(growing.y, i);
         if !in_picture(next) || !is_behind(own, depth_at(next), gap_m) {
             return min(growing.x, u32(i - 1) * 16u);
         }
     }
     return growing.x;
+}
+
+// The octant towards the background of a root, of whose neighbours those in `open` (bits R, T, L, B) are background: exactly one
+// (fig. 13b) or, where corners grow, two beside each other.
+fn axis_of(open: u32) -> u32 {
+    let axes = array(NO_ROOT, 0u, 2u, 1u, 4u, NO_ROOT, 3u, NO_ROOT, 6u, 7u, NO_ROOT, NO_ROOT, 5u, NO_ROOT, NO_ROOT, NO_ROOT);
+    let axis = axes[open];
+    return select(axis, NO_ROOT, growth.corners == 0u && (axis & 1u) == 1u);
 }
 
 @compute @workgroup_size(16, 16)
@@ -151,17 +177,15 @@ fn cs_main_detect(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
     }
     let own = depth_at(at);
     let gap_m = crowns[slot].gap_m;
-    // Exactly one of the four neighbours must be background (fig. 13b).
-    var sides = 0u;
-    var axis = 0u;
-    for (var side = 0u; side < 8u; side += 2u) {
-        let beside = at + step_of(side);
+    var open = 0u;
+    for (var side = 0u; side < 4u; side++) {
+        let beside = at + side_step(side);
         if in_picture(beside) && is_behind(own, depth_at(beside), gap_m) {
-            sides += 1u;
-            axis = side;
+            open |= 1u << side;
         }
     }
-    if sides != 1u {
+    let axis = axis_of(open);
+    if axis == NO_ROOT {
         return;
     }
     let growing = growth_of(at, id, axis);
@@ -185,7 +209,7 @@ fn cs_main_plan() {
 
 struct Path {
     root: vec2i,
-    step: vec2i,
+    sides: u32,
     length: u32,
     // Pixels on it.
     count: i32,
@@ -203,7 +227,7 @@ fn path_of(group: vec3u, groups: vec3u, local: u32) -> Path {
     let at = vec2i(vec2u(root.x & 0xffffu, root.x >> 16u));
     let length = root.y & 0xffffu;
     let count = i32((length + growth.tips * 15u) / 16u);
-    return Path(at, step_of(root.y >> 16u), length, count, bitcast<u32>(textureLoad(tree_depth, at, 0)));
+    return Path(at, root.y >> 16u, length, count, bitcast<u32>(textureLoad(tree_depth, at, 0)));
 }
 
 fn index_of(at: vec2i) -> u32 {
@@ -212,7 +236,7 @@ fn index_of(at: vec2i) -> u32 {
 
 // Greater wins: fewer steps from the root, then the lower root. Never 0, which stands for none.
 fn key_of(path: Path, i: i32) -> u32 {
-    let back = vec2u(vec2i(32) - i * path.step);
+    let back = vec2u(vec2i(32) - offset_of(path.sides, i));
     return 0x40000u - ((u32(i) << 12u) | (back.y << 6u) | back.x);
 }
 
@@ -220,7 +244,7 @@ fn key_of(path: Path, i: i32) -> u32 {
 fn cs_main_nearest(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) local: u32) {
     let path = path_of(group, groups, local);
     for (var i = 1; i <= path.count; i++) {
-        atomicMax(&nearest[index_of(path.root + i * path.step)], path.depth);
+        atomicMax(&nearest[index_of(path.root + offset_of(path.sides, i))], path.depth);
     }
 }
 
@@ -228,7 +252,7 @@ fn cs_main_nearest(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups)
 fn cs_main_settle(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) local: u32) {
     let path = path_of(group, groups, local);
     for (var i = 1; i <= path.count; i++) {
-        let index = index_of(path.root + i * path.step);
+        let index = index_of(path.root + offset_of(path.sides, i));
         if atomicLoad(&nearest[index]) == path.depth {
             atomicMax(&keys[index], key_of(path, i));
         }
@@ -240,7 +264,7 @@ fn cs_main_emit(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) gr
     let path = path_of(group, groups, local);
     let color = textureLoad(tree_color, path.root, 0);
     for (var i = 1; i <= path.count; i++) {
-        let at = path.root + i * path.step;
+        let at = path.root + offset_of(path.sides, i);
         let index = index_of(at);
         if atomicLoad(&nearest[index]) != path.depth || atomicLoad(&keys[index]) != key_of(path, i) {
             continue;
@@ -259,7 +283,7 @@ fn cs_main_emit(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) gr
 fn cs_main_forget(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) local: u32) {
     let path = path_of(group, groups, local);
     for (var i = 1; i <= path.count; i++) {
-        let index = index_of(path.root + i * path.step);
+        let index = index_of(path.root + offset_of(path.sides, i));
         atomicStore(&nearest[index], 0u);
         atomicStore(&keys[index], 0u);
     }

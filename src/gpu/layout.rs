@@ -76,6 +76,10 @@ pub struct GrowthFrame {
     pub random: u32,
     /// Number of the frame, for those.
     pub frame: u32,
+    /// 1: pixels with two background neighbours beside each other are roots too.
+    pub corners: u32,
+    /// Unused, keeps the size a multiple of 8.
+    pub pad: u32,
     /// How many roots there is room for.
     pub root_limit: u32,
     /// How many grown pixels there is room for.

@@ -36,6 +36,16 @@ crate::choices! {
 }
 
 crate::choices! {
+    /// Which pixels of an outline grow.
+    pub enum GrowthRoots {
+        /// Those with exactly one background neighbour, as in the paper.
+        Sides = "sides",
+        /// And those with two beside each other, between them.
+        Corners = "corners",
+    }
+}
+
+crate::choices! {
     /// Which outlines grow.
     pub enum GrowthEdges {
         /// Those before deeper trees and lobes too.
@@ -56,6 +66,8 @@ crate::params! {
         growth_min_m: f64 = 0.0, in 0.0..=10.0, unit "m", source "ours: measured on the photograph's outline";
         /// Which outlines grow.
         growth_edges: GrowthEdges = GrowthEdges::All, unit "", source "ours: lobes are reshaped too (She §4 leaves it open)";
+        /// Which pixels of an outline are roots.
+        growth_roots: GrowthRoots = GrowthRoots::Corners, unit "", source "ours: slanted outlines would grow combs (She fig. 13b: sides)";
         /// What the growth is keyed by.
         growth_keys: GrowthKeys = GrowthKeys::Steady, unit "", source "ours: no flicker";
     }
@@ -179,6 +191,8 @@ fn frame_of(shot: &Shot) -> layout::GrowthFrame {
         inner: u32::from(shot.growth.growth_edges == GrowthEdges::All),
         random: u32::from(shot.growth.growth_keys == GrowthKeys::Random),
         frame: shot.frame,
+        corners: u32::from(shot.growth.growth_roots == GrowthRoots::Corners),
+        pad: 0,
         root_limit: 0,
         grown_limit: 0,
     }

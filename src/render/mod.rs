@@ -27,7 +27,7 @@ use crate::model::Part;
 use crate::{Error, Result};
 
 pub use camera::{Camera, FOV_Y_RAD, Projection};
-pub use growth::{GrowthChoice, GrowthEdges, GrowthInput, GrowthKeys, GrowthParams};
+pub use growth::{GrowthChoice, GrowthEdges, GrowthInput, GrowthKeys, GrowthParams, GrowthRoots};
 pub use mesh::{CrownShape, Tree};
 
 use backdrop::Backdrop;
