@@ -436,6 +436,15 @@ pub enum Error {
         /// What is wrong there.
         what: &'static str,
     },
+    // ---- Growth of outlines ----
+    /// A picture too large for the buffers of growth.
+    #[error("outlines grow in pictures of up to {limit_px} pixels on this adapter, but {}×{} were asked for; choose another --size or --growth none", found[0], found[1])]
+    GrowthSize {
+        /// Width and height asked for.
+        found: [u32; 2],
+        /// How many pixels there may be.
+        limit_px: u64,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.

@@ -3,6 +3,7 @@
 //! Everything here is in object space: metres, +Y up, origin at the foot of the trunk, +Z towards the photographer.
 
 pub mod glb;
+mod growth;
 pub mod import;
 mod part;
 pub mod pipeline;
@@ -16,6 +17,7 @@ use crate::geom::Surface;
 use crate::raster::Rect;
 use crate::{Error, Result};
 
+pub use growth::{Growth, GrowthProfile};
 pub use part::{Material, Part, Wrap, bounds};
 pub use trunk::TrunkShape;
 
