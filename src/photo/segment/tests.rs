@@ -154,6 +154,28 @@ fn a_thin_trunk_is_found_with_its_width_and_foot() {
 }
 
 #[test]
+fn a_crown_that_fills_the_frame_shows_the_sky_only_through_its_gaps() {
+    let in_gap = |x: u32, y: u32| x % 30 < 6 && y % 30 < 8;
+    let gaps_of = |leaf: [u8; 3], sky: [u8; 3]| {
+        let image = RgbImage::from_fn(180, 240, |x, y| {
+            let shade = (7 * x + 13 * y + x * y) % 40;
+            let colour = if y >= 200 { [120, 100, 70] } else { leaf };
+            Rgb(if y < 200 && in_gap(x, y) { sky } else { colour.map(|v| v - shade as u8) })
+        });
+        let mask = Mask::from_fn(180, 240, |_, y| y < 200);
+        let found = auto(&Photo { image, opaque: None }, &Hints { mask: Some(mask), ..Hints::default() }).expect("a crown");
+        found.gaps
+    };
+    let truth = Mask::from_fn(180, 240, |x, y| y < 200 && in_gap(x, y));
+    for sky in [[120, 170, 230], [250, 250, 250]] {
+        let found = gaps_of([70, 120, 50], sky);
+        assert!(found.iou(&truth) > 0.8, "{sky:?}: {:.2}", found.iou(&truth));
+    }
+    // The grey-green of a blue spruce is no sky, nor is bark between its twigs.
+    assert_eq!(gaps_of([140, 165, 160], [90, 80, 70]).count(), 0);
+}
+
+#[test]
 fn a_cut_outs_background_is_never_crown() {
     let half = Mask::from_fn(180, 240, |x, y| x < 90 && y < 200);
     let found = auto(&Photo { opaque: Some(half.clone()), ..painted([60, 120, 40]) }, &Hints::default()).expect("a crown");
