@@ -154,6 +154,18 @@ fn a_thin_trunk_is_found_with_its_width_and_foot() {
 }
 
 #[test]
+fn a_trunk_lit_from_one_side_is_found_whole() {
+    let mut photo = painted([60, 120, 40]);
+    for (x, _, p) in photo.image.enumerate_pixels_mut().filter(|(x, y, _)| (82..98).contains(x) && (140..205).contains(y)) {
+        *p = if x < 90 { Rgb([55, 42, 35]) } else { Rgb([135, 110, 90]) };
+    }
+    let found = auto(&photo, &Hints::default()).expect("a crown");
+    let cues = crate::photo::trunk::find(&photo.image, &found.crown, &found.tree).expect("a trunk");
+    // Not its bright or its dark half, eight pixels wide.
+    assert!((11.0..=18.0).contains(&cues.width_px) && (cues.foot_px.x - 90.0).abs() <= 2.0, "{cues:?}");
+}
+
+#[test]
 fn a_crown_that_fills_the_frame_shows_the_sky_only_through_its_gaps() {
     let in_gap = |x: u32, y: u32| x % 30 < 6 && y % 30 < 8;
     let gaps_of = |leaf: [u8; 3], sky: [u8; 3]| {

@@ -241,7 +241,8 @@ impl Strip {
         let spans = crown.spans();
         let is_stalk = |y: usize| {
             let (x, widest) = (self.x_at(y as f32 + 0.5), STALK * self.width);
-            let slim = |(a, b): (usize, usize)| (b - a) as f32 <= widest && a as f32 <= x + self.width && x - self.width <= b as f32;
+            let slim =
+                |(a, b): (usize, usize)| (b - a) as f32 <= widest && a as f32 <= x + self.width && x - self.width <= b as f32;
             y as f32 >= self.top[1] && spans[y].is_some_and(slim)
         };
         let Some(bottom) = spans.iter().rposition(Option::is_some) else { return (self, crown.clone()) };
