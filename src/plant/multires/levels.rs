@@ -13,8 +13,9 @@ pub trait LevelTurtle {
     /// What it draws: a bone, a mesh, …
     type Shape;
 
-    /// A branch begins, with this many brackets open round it in the original chain. Position and heading stay.
-    fn begin(&mut self, depth: u32);
+    /// A branch begins, or goes on after others, behind this many `[` of the original chain. They will not be closed: what follows a
+    /// branch is a RESTORE.
+    fn begin(&mut self, brackets: u32);
     /// Reads one module: `stored` is its place in the chain at hand, `position` its place in the original chain (the same, unless the
     /// multichain came as a stream), by which noise may be keyed. Appends what it draws to `shapes`, which holds all earlier shapes.
     ///
@@ -99,7 +100,7 @@ impl<T: LevelTurtle> Levels<T> {
             None if self.drawn() == 0 && self.shapes.is_empty() => self.turtle.restore(&self.foot),
             None => {}
         }
-        self.turtle.begin(step.depth);
+        self.turtle.begin(step.brackets);
         for (stored, position) in step.modules.clone().zip(step.position..) {
             self.turtle.read(stored, position, &mut self.shapes)?;
         }

@@ -8,12 +8,16 @@
 pub mod levels;
 pub mod metric;
 pub mod multichain;
+pub mod stream;
+pub mod transition;
 mod visits;
 pub mod weighted;
 
 pub use levels::{LevelTurtle, Levels};
 pub use metric::{Metric, weights};
 pub use multichain::{Item, Multichain, Step};
+pub use stream::{Receiver, Reception, Word};
+pub use transition::{between, split_level};
 pub use weighted::{Branch, Role, WeightedTree};
 
 /// No branch.
