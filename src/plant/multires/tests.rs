@@ -200,6 +200,7 @@ pub(super) struct Flat<'a> {
     words: &'a [Sign],
     state: FlatState,
     stack: Vec<FlatState>,
+    strokes: Vec<Stroke>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -212,26 +213,26 @@ pub(super) struct FlatState {
 
 impl<'a> Flat<'a> {
     pub fn new(words: &'a [Sign]) -> Self {
-        Self { words, state: FlatState::default(), stack: vec![] }
+        Self { words, state: FlatState::default(), stack: vec![], strokes: vec![] }
     }
 
     /// The whole chain, read as it stands.
     pub fn original(words: &'a [Sign]) -> Vec<Stroke> {
-        let (mut turtle, mut strokes) = (Self::new(words), vec![]);
-        (0..words.len() as u32).for_each(|m| turtle.read(m, m, &mut strokes).unwrap());
-        strokes
+        let mut turtle = Self::new(words);
+        (0..words.len() as u32).for_each(|m| turtle.read(m, m).unwrap());
+        turtle.strokes
     }
 }
 
 impl LevelTurtle for Flat<'_> {
     type State = FlatState;
-    type Shape = Stroke;
+    type Mark = usize;
 
     fn begin(&mut self, brackets: u32) {
         self.state.depth += brackets;
     }
 
-    fn read(&mut self, stored: u32, position: u32, strokes: &mut Vec<Stroke>) -> Result<()> {
+    fn read(&mut self, stored: u32, position: u32) -> Result<()> {
         let word = &self.words[stored as usize];
         match (word.name.as_str(), word.length) {
             ("[", _) => {
@@ -243,8 +244,8 @@ impl LevelTurtle for Flat<'_> {
             ("-", _) => self.state.heading -= 0.3,
             (_, Some(length)) => {
                 let FlatState { at, heading, depth, on } = self.state;
-                strokes.push(Stroke { from: at, length, heading, depth, module: position, on });
-                self.state.on = Some(strokes.len() as u32 - 1);
+                self.strokes.push(Stroke { from: at, length, heading, depth, module: position, on });
+                self.state.on = Some(self.strokes.len() as u32 - 1);
                 self.state.at = [at[0] + length * heading.sin(), at[1] + length * heading.cos()];
             }
             _ => {}
@@ -259,6 +260,20 @@ impl LevelTurtle for Flat<'_> {
     fn restore(&mut self, state: &FlatState) {
         self.state = state.clone();
     }
+
+    fn mark(&self) -> usize {
+        self.strokes.len()
+    }
+
+    fn rewind(&mut self, mark: usize) {
+        self.strokes.truncate(mark);
+    }
+}
+
+/// The strokes of the first `n` levels.
+fn strokes_of(levels: &mut Levels<Flat>, chain: &Multichain, n: usize) -> Vec<Stroke> {
+    let mark = levels.first(chain, n).unwrap();
+    levels.turtle().strokes[..mark].to_vec()
 }
 
 /// Strokes in the order of their modules, standing on modules instead of strokes: what two orders of output have in common.
@@ -302,14 +317,14 @@ proptest! {
         let mut before: Vec<Stroke> = vec![];
         for n in 1..=chain.levels() {
             prop_assert_eq!(lazily.drawn(), n - 1, "nothing is drawn before it is asked for");
-            let strokes = lazily.first(&chain, n).unwrap().to_vec();
+            let strokes = strokes_of(&mut lazily, &chain, n);
             prop_assert!(strokes.starts_with(&before));
-            prop_assert_eq!(&strokes[before.len()..], lazily.level(&chain, n).unwrap());
+            prop_assert_eq!(lazily.turtle().strokes.len(), strokes.len(), "nor anything beyond it");
             prop_assert!(strokes.iter().enumerate().all(|(s, stroke)| stroke.on.is_none_or(|on| (on as usize) < s)));
             before = strokes;
         }
         prop_assert_eq!(in_chain_order(&before), in_chain_order(&Flat::original(&words)));
-        prop_assert_eq!(lazily.first(&chain, usize::MAX).unwrap().len(), before.len());
+        prop_assert_eq!(strokes_of(&mut lazily, &chain, usize::MAX).len(), before.len());
     }
 
     #[test]
@@ -355,7 +370,7 @@ fn drawn(receiver: &Receiver) -> Vec<Stroke> {
         Sign { name: name.to_owned(), length: params.first().copied() }
     };
     let signs: Vec<Sign> = (0..receiver.modules() as u32).map(sign).collect();
-    Levels::new(Flat::new(&signs)).first(receiver.chain(), usize::MAX).unwrap().to_vec()
+    strokes_of(&mut Levels::new(Flat::new(&signs)), receiver.chain(), usize::MAX)
 }
 
 proptest! {
@@ -363,7 +378,7 @@ proptest! {
     fn every_prefix_of_a_stream_is_a_tree(words in any_words(60), metric in prop::sample::select(&METRICS)) {
         let chain = Multichain::new(&tree_of(&words), metric);
         let bytes = stream::write(&chain, word(&words)).unwrap();
-        let whole = Levels::new(Flat::new(&words)).first(&chain, usize::MAX).unwrap().to_vec();
+        let whole = strokes_of(&mut Levels::new(Flat::new(&words)), &chain, usize::MAX);
         let mut piecewise = Receiver::default();
         let mut levels = 0;
         for cut in 0..=bytes.len() {
