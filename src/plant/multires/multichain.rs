@@ -75,7 +75,7 @@ impl Multichain {
             while at != NONE {
                 let branch = &tree.branches()[at as usize];
                 let (children, has_tail) = (tree.children(at as usize).len(), !branch.tail.is_empty());
-                let save = (children > 1 || children == 1 && has_tail).then(|| chain.saved_by.len() as u32);
+                let save = (children > 1 || children == 1 && has_tail).then_some(chain.saved_by.len() as u32);
                 if let Some(number) = save {
                     number_of[at as usize] = number;
                     chain.saved_by.push(chain.steps.len() as u32);
@@ -119,7 +119,7 @@ impl Multichain {
         n.min(self.levels()).checked_sub(1).map_or(0, |last| self.ends[last] as usize)
     }
 
-    /// The branch, as an index of [`steps`](Self::steps), whose SAVE has this number; the number of SAVEs is `None`'s bound.
+    /// The branch, as an index of [`steps`](Self::steps), whose SAVE has this number; `None` from [`saves`](Self::saves) on.
     pub fn saved_by(&self, number: u32) -> Option<usize> {
         self.saved_by.get(number as usize).map(|&step| step as usize)
     }
