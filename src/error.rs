@@ -420,7 +420,7 @@ pub enum Error {
     // ---- Procedural multiresolution: plant/multires ----
     /// A chain of modules that has no branches to sort.
     #[error(
-        "expected a chain of modules with balanced brackets, but module {position} {what}; correct the axiom or the rule that wrote it"
+        "expected a chain of modules with balanced brackets, but module {} {what}; correct the axiom or the rule that makes it", position + 1
     )]
     UnreadableChain {
         /// The module, counted from 0.
