@@ -45,9 +45,11 @@ fn drawing(c: &mut Criterion) {
     let mut group = c.benchmark_group("draw-1m");
     group.sample_size(10).measurement_time(Duration::from_secs(5));
     let grammar = Grammar::parse(GRAMMARS[1].1).expect("a sound grammar");
-    let chain = derived(&grammar, 16.0);
+    let chain = derived(&grammar, 17.0);
     eprintln!("drawing {} modules", chain.len());
-    group.bench_function("tree", |b| b.iter(|| draw(black_box(&chain), &grammar, grammar.turtle(), Seed(1), 16.0).expect("it draws")));
+    group.bench_function("tree", |b| {
+        b.iter(|| draw(black_box(&chain), &grammar, grammar.turtle(), Seed(1), 17.0).expect("it draws"))
+    });
     group.finish();
 }
 
