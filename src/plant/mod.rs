@@ -25,3 +25,5 @@ pub use turtle::{Growth, Turtle, TurtleParams, draw};
 
 #[cfg(test)]
 mod derive_tests;
+#[cfg(test)]
+mod turtle_tests;

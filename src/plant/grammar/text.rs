@@ -122,7 +122,11 @@ impl Parser<'_> {
     /// `symbols B Leaf`
     fn symbols(&mut self) -> Result<()> {
         while !self.cursor.at_end() {
+            let place = self.cursor.place();
             let word = self.cursor.take_while(is_word);
+            if word.starts_with('_') || (word.chars().count() > 1 && !word.starts_with(char::is_alphabetic)) {
+                return Err(place.error("a name that begins with a letter", format!("`{word}`")));
+            }
             let name = if word.is_empty() { read_name(&mut self.cursor, &[])? } else { word.to_owned() };
             if name.chars().count() > 1 && !self.builder.words.contains(&name) {
                 self.builder.words.push(name.clone());
@@ -402,10 +406,8 @@ fn read_modules(cursor: &mut Cursor, words: &[String], scope: &Scope) -> Result<
         cursor.open = outside + opened.len() as u32;
         cursor.skip_space();
         let arguments = if cursor.peek() == Some('(') { expr_parser::arguments(cursor, scope, 0)? } else { vec![] };
-        if name == "[" || name == "]" {
-            if !arguments.is_empty() {
-                return Err(place.error("a bracket without parameters", "some"));
-            }
+        if (name == "[" || name == "]") && !arguments.is_empty() {
+            return Err(place.error("a bracket without parameters", "some"));
         }
         modules.push(Written { name, place, arguments });
     }
