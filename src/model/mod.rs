@@ -6,6 +6,7 @@ pub mod glb;
 pub mod import;
 mod part;
 pub mod pipeline;
+pub mod reference;
 pub mod trunk;
 
 use glam::{DVec2, Vec3};
