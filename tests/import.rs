@@ -254,6 +254,8 @@ fn alpha_modes_become_cut_outs() {
     let (blend, warned) = material(json!({"alphaMode": "BLEND"}));
     assert_eq!((blend.alpha_cutoff, warned.as_str()), (Some(0.5), "blend-as-mask"));
     assert_eq!(blend.texture.unwrap().as_ref(), &picture());
+    let (unsaid, warned) = material(json!({}));
+    assert_eq!((unsaid.alpha_cutoff, warned.as_str()), (None, "alpha-unused"));
     let solid = RgbaImage::from_pixel(2, 2, Rgba([1, 2, 3, 255]));
     let imported = read(&textured(&solid, json!({"alphaMode": "BLEND"}), json!({})));
     assert!(imported.warnings.is_empty());
@@ -570,4 +572,22 @@ fn a_broken_obj_names_its_line() {
         assert!(failure(text.as_bytes()).contains(words), "{}", failure(text.as_bytes()));
     }
     assert!(matches!(import::open(Path::new("no/such.glb")), Err(Error::NoSuchFile { .. })));
+}
+
+#[test]
+fn a_tree_of_a_thousand_nodes_becomes_one_surface_per_material() {
+    let mut file = textured(&picture(), json!({"alphaMode": "MASK"}), json!({}));
+    file.push("materials", json!({"name": "bark"}));
+    let plain = json!({"primitives": [{"attributes": {"POSITION": 0}, "indices": 2, "material": 1}]});
+    file.push("meshes", plain);
+    file.json["nodes"] = (0..1000).map(|k| json!({"mesh": k % 2, "translation": [k, 0, 0]})).collect();
+    file.json["scenes"][0]["nodes"] = (0..1000).collect();
+    let imported = read(&file);
+    let [leaves, bark] = &imported.parts[..] else { panic!("{} parts", imported.parts.len()) };
+    for (part, far) in [(leaves, 999.0), (bark, 1000.0)] {
+        assert_eq!((part.surface.mesh.triangles.len(), part.surface.mesh.positions.len()), (1000, 2000));
+        assert!(close(area(&part.surface.mesh), 500.0 * Vec3::Z));
+        assert_eq!(part.surface.mesh.bounds().unwrap().max.x, far);
+    }
+    assert_eq!((leaves.surface.uvs.len(), bark.surface.uvs.len()), (2000, 0));
 }

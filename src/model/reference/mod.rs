@@ -127,7 +127,10 @@ impl ReferenceTree {
             say("units", format!("the tree is {:.3} m high, less than any tree; its file may not be in metres", size.y));
         }
         if low.y < -0.25 * size.y && low.z.abs() < ASTRAY * size.z {
-            say("lies", "the tree seems to lie on its back: glTF has +Y up, and the file may have been written with +Z up".to_owned());
+            say(
+                "lies",
+                "the tree seems to lie on its back: glTF has +Y up, and the file may have been written with +Z up".to_owned(),
+            );
             return;
         }
         if low.y.abs() > ASTRAY * size.y {
