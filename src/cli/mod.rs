@@ -6,6 +6,7 @@ mod batch;
 mod doctor;
 mod hints;
 mod look;
+mod inspect;
 mod model;
 mod options;
 mod render;
@@ -42,6 +43,7 @@ pub fn run() -> ExitCode {
         Some(("render", m)) => render::run(m),
         Some(("segment", m)) => segment::run(m),
         Some(("view", m)) => view::run(m),
+        Some(("inspect", m)) => inspect::run(m),
         _ => unreachable!("clap accepts only the subcommands of `command`"),
     };
     outcome.unwrap_or_else(|error| {
@@ -75,6 +77,7 @@ fn command() -> Command {
         .subcommand(render::command().after_help(ABOUT_SHE))
         .subcommand(view::command())
         .subcommand(doctor::command())
+        .subcommand(inspect::command())
 }
 
 /// What a command returns: its exit code, or a mistake in the arguments.

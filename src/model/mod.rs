@@ -7,6 +7,7 @@ mod growth;
 pub mod import;
 mod part;
 pub mod pipeline;
+pub mod reference;
 pub mod trunk;
 
 use glam::{DVec2, Vec3};
