@@ -291,6 +291,10 @@ pub enum Error {
         /// What there is instead.
         found: String,
     },
+    // Grown trees.
+    /// An L-system that draws nothing.
+    #[error("nothing grew: the L-system draws neither wood nor leaves at this age; raise --age, or check its rules and commands")]
+    NothingGrew,
 }
 
 /// Something a user should know about a result that was produced all the same.

@@ -5,6 +5,7 @@
 //!                                     └──multires──▶ multichain ──prefix──▶ modules of the first n levels
 //! ```
 
+pub mod mesh;
 pub mod skeleton;
 
 pub use skeleton::{Bone, BoneKind, Skeleton};

@@ -11,7 +11,7 @@ pub use encode::{PngEffort, png, png_with};
 pub use fill::{fill_polygon, fill_triangle};
 pub use layer::Layer;
 pub use mask::{Mask, Rect};
-pub use render::{Capture, Light, Material, View, render};
+pub use render::{Capture, Light, Material, View, Wrap, render};
 pub use srgb::{to_linear, to_srgb};
 
 /// Texels of less alpha, 0..=1, are gaps: in the atlas, in the file and in the preview alike.
