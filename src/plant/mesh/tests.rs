@@ -26,6 +26,7 @@ fn grow(skeleton: &mut Skeleton, parent: Option<u32>, turn_rad: f32, length_m: f
         start_radius_m: radii.0,
         end_radius_m: radii.1,
         depth,
+        tint: 0,
     });
     skeleton.bones.len() as u32 - 1
 }
@@ -48,6 +49,7 @@ fn sapling() -> Skeleton {
         start_radius_m: 0.05,
         end_radius_m: 0.05,
         depth: 2,
+        tint: 0,
     });
     s
 }
