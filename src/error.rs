@@ -291,7 +291,44 @@ pub enum Error {
         /// What there is instead.
         found: String,
     },
-    // Grown trees.
+    // ---- Grown trees: plant/{grammar, module, derive, turtle}.rs ----
+    /// Text that is no L-system, or an L-system that asks for the impossible.
+    #[error("line {line}, column {column}: expected {expected}, but found {found}; correct the L-system there")]
+    Grammar {
+        /// Line of the text, from 1.
+        line: u32,
+        /// Column of that line in characters, from 1.
+        column: u32,
+        /// What could stand there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A grammar that explodes, stopped before memory is taken.
+    #[error("derivation {step} would make {found} {what}, and {limit} are allowed; lower the age or raise --max-modules")]
+    TooManyModules {
+        /// The derivation that was refused, from 1.
+        step: u32,
+        /// Modules, or numbers in their parentheses.
+        what: &'static str,
+        /// How many there would be.
+        found: u64,
+        /// The limit in force.
+        limit: u64,
+    },
+    /// A chain that the turtle cannot follow.
+    #[error("module {} of the chain, {name}: expected {expected}, but found {found}; correct the rule that makes it", module + 1)]
+    Turtle {
+        /// Which module, from 0.
+        module: u64,
+        /// Its name.
+        name: String,
+        /// What the turtle could follow.
+        expected: &'static str,
+        /// What it got.
+        found: String,
+    },
+    // ---- Grown trees: model/grown.rs ----
     /// An L-system that draws nothing.
     #[error("nothing grew: the L-system draws neither wood nor leaves at this age; raise --age, or check its rules and commands")]
     NothingGrew,
