@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{About, Material, Part, Wrap, bounds};
 use crate::plant::Skeleton;
-use crate::plant::mesh::{BarkKind, LeafKind, LeafParams, WoodParams, bark, foliage, leaves, wood};
+use crate::plant::mesh::{BarkKind, LeafKind, LeafParams, Sheet, WoodParams, bark, foliage, leaves, wood};
 use crate::raster::ALPHA_CUTOFF;
 use crate::{Error, Result, Seed};
 
@@ -18,15 +18,15 @@ pub struct Clothing {
     pub bark: Arc<RgbaImage>,
     /// Leaves or twigs with alpha, their foot in the middle of the lower edge.
     pub leaf: Arc<RgbaImage>,
-    /// Rows and columns of different twigs in the leaf picture.
-    pub leaf_columns: u32,
+    /// How the leaf picture is divided.
+    pub sheet: Sheet,
 }
 
 impl Clothing {
     /// Pictures of our own making.
     pub fn painted(bark_kind: BarkKind, leaf_kind: LeafKind, seed: Seed) -> Self {
         let (bark, leaf) = rayon::join(|| bark::picture(bark_kind, seed), || foliage::picture(leaf_kind, seed));
-        Self { bark: Arc::new(bark), leaf: Arc::new(leaf), leaf_columns: foliage::CELLS }
+        Self { bark: Arc::new(bark), leaf: Arc::new(leaf), sheet: foliage::SHEET }
     }
 }
 
@@ -77,7 +77,7 @@ impl GrownTree {
     ) -> Result<Self> {
         let (trunk, crown) = rayon::join(
             || wood::wood(skeleton, wood_params, seed),
-            || leaves::leaves(skeleton, clothing.leaf_columns, leaf_params, seed),
+            || leaves::leaves(skeleton, clothing.sheet, leaf_params, seed),
         );
         let bark = Material { texture: Some(clothing.bark.clone()), wrap: Wrap::Repeat, ..Material::default() };
         let leaf = Material {

@@ -7,6 +7,7 @@ use std::f32::consts::{PI, TAU};
 use glam::{Vec2, Vec3};
 use image::{RgbaImage, imageops};
 
+use super::leaves::Sheet;
 use super::paint::Canvas;
 use crate::seed::Draws;
 use crate::{Seed, choices};
@@ -40,6 +41,12 @@ choices! {
 /// Rows and columns of different twigs in a picture.
 pub const CELLS: u32 = 2;
 
+/// How the picture is divided: the upper row holds leaves of the sun, the lower row those of the shade, which are darker.
+pub const SHEET: Sheet = Sheet { columns: CELLS, by_light: true };
+
+/// Brightness of the leaves in a row.
+const ROW_LIGHT: [f32; CELLS as usize] = [1.1, 0.66];
+
 /// Side of one twig's picture.
 const CELL_PX: u32 = 256;
 
@@ -47,7 +54,8 @@ const CELL_PX: u32 = 256;
 pub fn picture(kind: LeafKind, seed: Seed) -> RgbaImage {
     let mut picture = RgbaImage::new(CELLS * CELL_PX, CELLS * CELL_PX);
     for cell in 0..CELLS * CELLS {
-        let mut twig = Twig { canvas: Canvas::new(CELL_PX), draws: seed.keyed("foliage", u64::from(cell)) };
+        let light = ROW_LIGHT[(cell / CELLS) as usize];
+        let mut twig = Twig { canvas: Canvas::new(CELL_PX), draws: seed.keyed("foliage", u64::from(cell)), light };
         twig.paint(kind);
         let (x, y) = (cell % CELLS * CELL_PX, cell / CELLS * CELL_PX);
         imageops::replace(&mut picture, &twig.canvas.finish(), i64::from(x), i64::from(y));
@@ -59,6 +67,8 @@ pub fn picture(kind: LeafKind, seed: Seed) -> RgbaImage {
 struct Twig {
     canvas: Canvas,
     draws: Draws,
+    /// Brightness of its leaves.
+    light: f32,
 }
 
 /// The outline of a blade: half its width, in lengths, at a fraction of its length.
@@ -88,7 +98,7 @@ impl Twig {
 
     /// A colour a little lighter, darker, yellower or bluer.
     fn tinted(&mut self, color: Vec3, amount: f32) -> Vec3 {
-        let light = 1.0 + amount * self.between(-1.0, 1.0);
+        let light = self.light * (1.0 + amount * self.between(-1.0, 1.0));
         let warm = amount * self.between(-0.5, 0.5);
         color * light * Vec3::new(1.0 + warm, 1.0, 1.0 - warm)
     }

@@ -5,6 +5,7 @@
 
 use glam::{Quat, Vec2, Vec3};
 
+use super::light::Shade;
 use crate::geom::{Bounds, Surface};
 use crate::plant::{Bone, BoneKind, Skeleton};
 use crate::{Seed, params};
@@ -23,6 +24,22 @@ params! {
     }
 }
 
+/// Part of a leaf quad that its picture covers, roughly.
+const COVERED: f32 = 0.3;
+
+/// Of less than the one part of the sky's light, all leaves are shade leaves; of more than the other, none is.
+const DEEP_SHADE: f32 = 0.05;
+const FULL_SUN: f32 = 0.6;
+
+/// How a leaf picture is divided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sheet {
+    /// Rows and columns of different twigs.
+    pub columns: u32,
+    /// The upper half of the rows is for leaves in the sun, the lower half for those in the shade.
+    pub by_light: bool,
+}
+
 /// All leaves of a plant.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Leaves {
@@ -32,8 +49,8 @@ pub struct Leaves {
     pub bones: Vec<u32>,
 }
 
-/// The leaves of a skeleton; each takes one of the texture's `columns`² pictures.
-pub fn leaves(skeleton: &Skeleton, columns: u32, params: &LeafParams, seed: Seed) -> Leaves {
+/// The leaves of a skeleton; each takes one of the pictures on the sheet.
+pub fn leaves(skeleton: &Skeleton, sheet: Sheet, params: &LeafParams, seed: Seed) -> Leaves {
     let sound = |bone: &Bone| {
         let numbers = [bone.length_m, bone.start_radius_m];
         numbers.iter().all(|n| n.is_finite() && *n > 0.0) && bone.start.is_finite() && bone.orientation.is_finite()
@@ -42,6 +59,9 @@ pub fn leaves(skeleton: &Skeleton, columns: u32, params: &LeafParams, seed: Seed
     // The crown as one body: normals lean away from a point low in its middle.
     let crown = Bounds::of(all().map(|(_, bone)| bone.start));
     let heart = crown.map_or(Vec3::ZERO, |b| b.center() - Vec3::Y * 0.25 * b.size().y);
+    let area = |bone: &Bone| 2.0 * bone.length_m * bone.start_radius_m * (params.leaf_scale * params.leaf_scale) as f32;
+    let areas: Vec<(Vec3, f32)> = all().map(|(_, bone)| (bone.start, COVERED * area(bone))).collect();
+    let shade = if sheet.by_light { Shade::of(&areas) } else { None };
     let mut leaves = Leaves::default();
     for (number, bone) in all() {
         let mut draws = seed.keyed("leaves", number as u64);
@@ -52,12 +72,32 @@ pub fn leaves(skeleton: &Skeleton, columns: u32, params: &LeafParams, seed: Seed
             * Quat::from_rotation_y(turn * signed())
             * Quat::from_rotation_x(turn * signed())
             * Quat::from_rotation_z(turn * signed());
-        let cell = draws.below((columns * columns) as usize) as u32;
+        let light = shade.as_ref().map(|shade| shade.light(bone.start));
+        let cell = sheet.pick(light, draws.unit() as f32, draws.unit() as f32);
         let quad = Quad { foot: bone.start, orientation, half_width: scale * bone.start_radius_m, length: scale * bone.length_m };
-        quad.emit(&mut leaves.surface, cell_corners(cell, columns), heart, params.leaf_round as f32);
+        quad.emit(&mut leaves.surface, cell_corners(cell, sheet.columns), heart, params.leaf_round as f32);
         leaves.bones.push(number as u32);
     }
     leaves
+}
+
+impl Sheet {
+    /// The picture for a leaf: of its row for as much light, given two draws.
+    fn pick(&self, light: Option<f32>, row_draw: f32, column_draw: f32) -> u32 {
+        let columns = self.columns.max(1);
+        let half = (columns / 2) as f32;
+        let row = match light {
+            // Neighbouring rows mix where light is between theirs.
+            Some(light) if columns > 1 => {
+                let dark = 1.0 - ((light - DEEP_SHADE) / (FULL_SUN - DEEP_SHADE)).clamp(0.0, 1.0);
+                let sunny = row_draw >= dark;
+                if sunny { half * row_draw } else { half + half * row_draw }
+            }
+            _ => columns as f32 * row_draw,
+        };
+        let whole = |x: f32| (x as u32).min(columns - 1);
+        whole(row) * columns + whole(columns as f32 * column_draw)
+    }
 }
 
 /// The texture's corners of one of its pictures, in the order of [`Quad::emit`]: foot left, foot right, tip right, tip left.

@@ -4,6 +4,7 @@
 pub mod bark;
 pub mod foliage;
 pub mod leaves;
+mod light;
 mod limbs;
 mod paint;
 #[cfg(test)]
@@ -12,5 +13,5 @@ pub mod wood;
 
 pub use bark::BarkKind;
 pub use foliage::LeafKind;
-pub use leaves::{LeafParams, Leaves};
+pub use leaves::{LeafParams, Leaves, Sheet};
 pub use wood::WoodParams;

@@ -157,7 +157,7 @@ fn bark_is_not_stretched_along_branches() {
 fn a_leaf_is_a_quad_with_its_foot_on_its_bone() {
     let still = LeafParams { leaf_size_jitter: 0.0, leaf_turn_jitter_deg: 0.0, ..LeafParams::default() };
     let s = sapling();
-    let found = leaves::leaves(&s, 2, &still, Seed(1));
+    let found = leaves::leaves(&s, foliage::SHEET, &still, Seed(1));
     assert_eq!((found.bones.as_slice(), found.surface.mesh.quads.as_slice()), (&[5u32][..], &[[0, 1, 2, 3]][..]));
     let [a, b, c, d] = [0, 1, 2, 3].map(|i| found.surface.mesh.positions[i]);
     assert!((a.midpoint(b) - s.bones[5].start).length() < 1e-6 && (c.midpoint(d) - s.bones[5].end()).length() < 1e-6);
@@ -173,7 +173,7 @@ fn jitter_stays_within_its_bounds_and_follows_the_seed() {
     for _ in 0..200 {
         s.bones.push(Bone { start: Vec3::ZERO, ..sapling().bones[5] });
     }
-    let of = |seed| leaves::leaves(&s, 2, &LeafParams::default(), Seed(seed)).surface;
+    let of = |seed| leaves::leaves(&s, foliage::SHEET, &LeafParams::default(), Seed(seed)).surface;
     assert_eq!(of(3), of(3));
     assert_ne!(of(3).mesh.positions, of(4).mesh.positions);
     let lengths: Vec<f32> = of(3).mesh.positions.chunks(4).map(|q| (q[3] - q[0]).length()).collect();
@@ -199,7 +199,7 @@ fn bones_that_make_no_sense_are_left_out() {
         surface.mesh.positions.iter().chain(&surface.normals).all(|p| p.is_finite()) && surface.uvs.iter().all(|t| t.is_finite())
     );
     assert_eq!(components(&surface.welded()), 3, "the one without a parent is drawn");
-    assert_eq!(leaves::leaves(&s, 2, &LeafParams::default(), Seed(1)).bones, [5]);
+    assert_eq!(leaves::leaves(&s, foliage::SHEET, &LeafParams::default(), Seed(1)).bones, [5]);
     assert_eq!(wood(&Skeleton::default(), &WoodParams::default(), Seed(1)), Surface::default());
 }
 
