@@ -26,3 +26,5 @@ pub use turtle::{Growth, Turtle, TurtleParams, draw};
 
 #[cfg(test)]
 mod derive_tests;
+#[cfg(test)]
+mod turtle_tests;

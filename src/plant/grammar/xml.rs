@@ -286,7 +286,8 @@ impl Reader {
     }
 
     fn finish(mut self, root: Place) -> Result<Grammar> {
-        for c in self.variables.iter().chain(self.constants.keys()) {
+        let is_bracket = |c: &&char| matches!(c, '[' | ']') || self.brackets.contains_key(c);
+        for c in self.variables.iter().chain(self.constants.keys()).filter(|c| !is_bracket(c)) {
             self.builder.declared.insert(c.to_string());
             self.builder.commands.insert(c.to_string(), Command { action: Action::Nothing, defaults: vec![] });
         }
