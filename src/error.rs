@@ -332,6 +332,47 @@ pub enum Error {
     /// An L-system that draws nothing.
     #[error("nothing grew: the L-system draws neither wood nor leaves at this age; raise --age, or check its rules and commands")]
     NothingGrew,
+    // ---- Importing trees: model/import, model/reference ----
+    /// A file that is no model.
+    #[error("expected a tree as GLB, glTF or OBJ, but the file holds {found}; export it as GLB")]
+    NotAModel {
+        /// What the first bytes look like.
+        found: &'static str,
+    },
+    /// A model file whose parts contradict each other.
+    #[error("expected a sound {format} file, but {what}; export it again")]
+    BrokenModel {
+        /// The kind of file.
+        format: &'static str,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// A glTF file that means nothing without an extension that cannot be read.
+    #[error("the file needs the glTF extension {name}, which is not read here; {remedy}")]
+    GltfExtension {
+        /// The extension.
+        name: String,
+        /// What to do instead.
+        remedy: &'static str,
+    },
+    /// A model file in which there is nothing to see.
+    #[error(
+        "expected a tree, but the file holds no triangles{why}; export the tree's meshes, not only its armature or an empty scene"
+    )]
+    EmptyModel {
+        /// What there is instead, with a leading space; may be empty.
+        why: String,
+    },
+    /// A material that the file does not have.
+    #[error("{flag} names the material {asked}, but the file has {known}; copy the name from `sphereboard inspect`")]
+    UnknownMaterial {
+        /// The option.
+        flag: &'static str,
+        /// What was asked for.
+        asked: String,
+        /// What there is.
+        known: String,
+    },
 }
 
 /// Something a user should know about a result that was produced all the same.

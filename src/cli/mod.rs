@@ -4,6 +4,7 @@
 
 mod batch;
 mod hints;
+mod inspect;
 mod model;
 mod options;
 mod say;
@@ -35,6 +36,7 @@ pub fn run() -> ExitCode {
     let outcome = match matches.subcommand() {
         Some(("model", m)) => model::run(m),
         Some(("segment", m)) => segment::run(m),
+        Some(("inspect", m)) => inspect::run(m),
         _ => unreachable!("clap accepts only the subcommands of `command`"),
     };
     outcome.unwrap_or_else(|error| {
@@ -65,6 +67,7 @@ fn command() -> Command {
         .arg_required_else_help(true)
         .subcommand(model::command().after_help(ABOUT_SHE))
         .subcommand(segment::command().after_help(ABOUT_SHE))
+        .subcommand(inspect::command())
 }
 
 /// What a command returns: its exit code, or a mistake in the arguments.

@@ -6,7 +6,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 pub fn sentence(error: &clap::Error, command: Option<&str>) -> String {
     let text = |kind: ContextKind| error.get(kind).map(words).unwrap_or_default();
     let (arg, prior, value) = (text(ContextKind::InvalidArg), text(ContextKind::PriorArg), text(ContextKind::InvalidValue));
-    let known = command.filter(|name| ["model", "segment"].contains(name)).map(|name| format!("{name} "));
+    let known = command.filter(|name| ["model", "segment", "inspect"].contains(name)).map(|name| format!("{name} "));
     let help = format!("`sphereboard {}--help`", known.unwrap_or_default());
     let meant = |suggested: String| if suggested.is_empty() { String::new() } else { format!(", but perhaps {suggested}") };
     match error.kind() {

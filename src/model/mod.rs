@@ -4,9 +4,11 @@
 
 pub mod glb;
 pub mod grown;
+pub mod import;
 pub mod obj;
 mod part;
 pub mod pipeline;
+pub mod reference;
 pub mod trunk;
 
 use glam::{DVec2, Vec3};
