@@ -3,6 +3,7 @@
 //! Exit codes: 0 all done, 1 at least one photograph failed (the others are written), 2 the arguments make no sense (nothing is written).
 
 mod batch;
+mod grow;
 mod hints;
 mod inspect;
 mod model;
@@ -36,6 +37,7 @@ pub fn run() -> ExitCode {
     let outcome = match matches.subcommand() {
         Some(("model", m)) => model::run(m),
         Some(("segment", m)) => segment::run(m),
+        Some(("grow", m)) => grow::run(m),
         Some(("inspect", m)) => inspect::run(m),
         _ => unreachable!("clap accepts only the subcommands of `command`"),
     };
@@ -67,6 +69,7 @@ fn command() -> Command {
         .arg_required_else_help(true)
         .subcommand(model::command().after_help(ABOUT_SHE))
         .subcommand(segment::command().after_help(ABOUT_SHE))
+        .subcommand(grow::command())
         .subcommand(inspect::command())
 }
 

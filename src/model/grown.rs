@@ -1,15 +1,20 @@
 //! A grown tree: the surfaces of a skeleton, with its bark and leaf pictures on them, metres (issue "Reference trees").
 
+use std::path::Path;
 use std::sync::Arc;
 
 use image::RgbaImage;
 use serde::{Deserialize, Serialize};
 
+use super::import::picture::{self, PixelBudget};
 use super::{About, Material, Part, Wrap, bounds};
 use crate::plant::Skeleton;
 use crate::plant::mesh::{BarkKind, LeafKind, LeafParams, Sheet, WoodParams, bark, foliage, leaves, wood};
 use crate::raster::ALPHA_CUTOFF;
-use crate::{Error, Result, Seed};
+use crate::{Error, Result, Seed, files};
+
+/// Most bytes of a picture file.
+const MOST_PICTURE_BYTES: u64 = 256 << 20;
 
 /// The pictures that a grown tree wears.
 #[derive(Debug, Clone)]
@@ -20,6 +25,26 @@ pub struct Clothing {
     pub leaf: Arc<RgbaImage>,
     /// How the leaf picture is divided.
     pub sheet: Sheet,
+}
+
+crate::params! {
+    /// What a tree wears for which nobody gives pictures.
+    pub struct ClothingParams {
+        /// What one leaf quad shows; a preset has its own.
+        leaf_kind: LeafKind = LeafKind::Oval, unit "", source "ours: pointed ovals are the commonest leaves";
+        /// What the bark looks like; a preset has its own.
+        bark_kind: BarkKind = BarkKind::Furrowed, unit "", source "ours: most old trees have furrows";
+    }
+}
+
+/// Reads a picture for bark or leaves from a file: PNG, JPEG or WebP, sRGB with straight alpha.
+///
+/// # Errors
+/// Those of [`files::read_whole`], and [`Error::Picture`] for a file that is no picture or too large.
+pub fn open_picture(path: &Path) -> Result<RgbaImage> {
+    let bytes = files::read_whole(path, MOST_PICTURE_BYTES)?;
+    let decoded = PixelBudget::default().admit(&bytes).and_then(|()| picture::decode(&bytes));
+    decoded.map_err(|what| Error::Picture { path: path.to_owned(), what })
 }
 
 impl Clothing {
@@ -79,8 +104,9 @@ impl GrownTree {
             || wood::wood(skeleton, wood_params, seed),
             || leaves::leaves(skeleton, clothing.sheet, leaf_params, seed),
         );
-        let bark = Material { texture: Some(clothing.bark.clone()), wrap: Wrap::Repeat, ..Material::default() };
+        let bark = Material { name: "bark".to_owned(), texture: Some(clothing.bark.clone()), wrap: Wrap::Repeat, ..Material::default() };
         let leaf = Material {
+            name: "leaf".to_owned(),
             texture: Some(clothing.leaf.clone()),
             wrap: Wrap::Clamp,
             alpha_cutoff: Some(ALPHA_CUTOFF),

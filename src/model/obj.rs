@@ -54,7 +54,7 @@ struct Counts {
 fn material(mtl: &mut String, part: &Part, picture: Option<&str>) {
     let [r, g, b, alpha] = part.material.factor;
     let [r, g, b] = [r, g, b].map(|c| f32::from(to_srgb(c)) / 255.0);
-    let _ = writeln!(mtl, "newmtl {}\nKd {r} {g} {b}\nKs 0 0 0\nd {alpha}\nillum 1", part.name);
+    let _ = writeln!(mtl, "newmtl {}\nKd {r} {g} {b}\nKs 0 0 0\nd {alpha}\nillum 1", name_of(part));
     if let Some(picture) = picture {
         let _ = writeln!(mtl, "map_Kd {picture}");
         if part.material.alpha_cutoff.is_some() {
@@ -64,9 +64,13 @@ fn material(mtl: &mut String, part: &Part, picture: Option<&str>) {
     mtl.push('\n');
 }
 
+fn name_of(part: &Part) -> &str {
+    if part.material.name.is_empty() { &part.name } else { &part.material.name }
+}
+
 fn surface(obj: &mut String, part: &Part, before: &mut Counts) {
     let surface = &part.surface;
-    let _ = writeln!(obj, "o {}\nusemtl {}", part.name, part.name);
+    let _ = writeln!(obj, "o {}\nusemtl {}", part.name, name_of(part));
     for p in &surface.mesh.positions {
         let _ = writeln!(obj, "v {} {} {}", p.x, p.y, p.z);
     }
