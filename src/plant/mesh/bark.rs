@@ -104,7 +104,7 @@ fn smooth(n: &Noises, at: Vec2) -> Vec3 {
 fn stringy(n: &Noises, at: Vec2) -> Vec3 {
     let p = n.warped(at, Vec2::new(0.06, 0.0)) * Vec2::new(2.0, 1.0);
     let tone = 0.6 * ridge(n.long.at(p), 0.14) + 0.25 * n.long.at(2.0 * p) + 0.2 * n.grain.at(at);
-    Vec3::new(62.0, 40.0, 31.0).lerp(Vec3::new(158.0, 112.0, 86.0), tone)
+    Vec3::new(54.0, 39.0, 32.0).lerp(Vec3::new(134.0, 104.0, 86.0), tone)
 }
 
 fn white(n: &Noises, at: Vec2) -> Vec3 {

@@ -218,7 +218,7 @@ impl Twig {
             let t = pair as f32 / form.pairs as f32;
             for side in [-1.0, 1.0] {
                 let turn = PI / 2.0 + side * (form.lean + self.between(-0.12, 0.12));
-                let length = form.reach * (1.0 - 0.78 * t) * self.between(0.8, 1.08) * (0.55 + 1.8 * t).min(1.0);
+                let length = form.reach * (1.0 - 0.78 * t) * self.between(0.6, 1.1) * (0.55 + 1.8 * t).min(1.0);
                 let foot = stem(0.06 + 0.9 * t);
                 let tip = foot + length * Vec2::from_angle(turn);
                 self.line(foot, tip, (0.010, 0.006), wood);
@@ -267,7 +267,7 @@ const SPRUCE: SprayForm =
 const YEW: SprayForm =
     SprayForm { pairs: 6, reach: 0.40, lean: 0.85, needle: 0.085, width: 0.017, spacing: 0.022, needle_lean: 1.15 };
 const JUNIPER: SprayForm =
-    SprayForm { pairs: 10, reach: 0.34, lean: 0.6, needle: 0.045, width: 0.016, spacing: 0.012, needle_lean: 0.55 };
+    SprayForm { pairs: 8, reach: 0.5, lean: 0.62, needle: 0.05, width: 0.016, spacing: 0.016, needle_lean: 0.7 };
 
 /// From a twig's coordinates to a canvas's: reduced, since the last leaf reaches beyond its stem, and with a margin on every side.
 fn to_canvas(p: Vec2) -> Vec2 {

@@ -20,7 +20,7 @@ params! {
         /// Length of bark that its texture shows, both ways.
         bark_tile_m: f64 = 0.7, in 0.01..=20.0, unit "m", source "ours: one texel is then about a millimetre";
         /// How much wider the trunk is at the ground than above its roots.
-        root_flare: f64 = 0.7, in 0.0..=3.0, unit "", source "ours: old park trees are about 1.7 times as wide at the ground";
+        root_flare: f64 = 0.5, in 0.0..=3.0, unit "", source "ours: park trees are about half as wide again at the ground";
     }
 }
 
