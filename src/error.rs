@@ -445,6 +445,28 @@ pub enum Error {
         /// How many pixels there may be.
         limit_px: u64,
     },
+    // ---- Grown trees: model/grown.rs ----
+    /// An L-system that draws nothing.
+    #[error("nothing grew: the L-system draws neither wood nor leaves at this age; raise --age, or check its rules and commands")]
+    NothingGrew,
+    /// A picture for bark or leaves that cannot be used.
+    #[error("expected a PNG, JPEG or WebP picture, but {} {what}; give another one", path.display())]
+    Picture {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, to follow its name.
+        what: String,
+    },
+    /// Neither a preset nor a file.
+    #[error(
+        "expected a preset ({known}) or the file of an L-system, but found {found}; `sphereboard grow --list` describes the presets"
+    )]
+    UnknownSystem {
+        /// The presets.
+        known: String,
+        /// What was asked for.
+        found: String,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.

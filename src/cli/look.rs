@@ -155,15 +155,13 @@ impl Look {
     pub fn shot(&self, camera: Camera) -> Shot {
         let LookParams { stage, background, .. } = self.params;
         Shot {
-            camera,
-            size_px: self.size_px,
             stage,
             background,
             toward_sun: self.toward_sun,
             light: self.light.clone(),
             wind: self.wind.clone(),
             growth: self.growth.clone(),
-            frame: 0,
+            ..Shot::new(camera, self.size_px)
         }
     }
 }

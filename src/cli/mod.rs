@@ -4,9 +4,10 @@
 
 mod batch;
 mod doctor;
+mod grow;
 mod hints;
-mod look;
 mod inspect;
+mod look;
 mod model;
 mod options;
 mod render;
@@ -43,6 +44,7 @@ pub fn run() -> ExitCode {
         Some(("render", m)) => render::run(m),
         Some(("segment", m)) => segment::run(m),
         Some(("view", m)) => view::run(m),
+        Some(("grow", m)) => grow::run(m),
         Some(("inspect", m)) => inspect::run(m),
         _ => unreachable!("clap accepts only the subcommands of `command`"),
     };
@@ -77,6 +79,7 @@ fn command() -> Command {
         .subcommand(render::command().after_help(ABOUT_SHE))
         .subcommand(view::command())
         .subcommand(doctor::command())
+        .subcommand(grow::command())
         .subcommand(inspect::command())
 }
 

@@ -10,9 +10,11 @@ pub mod command;
 pub mod derive;
 pub mod grammar;
 mod growth;
+pub mod mesh;
 pub mod module;
 pub mod multires;
 mod neighbours;
+pub mod presets;
 pub mod skeleton;
 pub mod turtle;
 

@@ -97,6 +97,24 @@ pub struct Shot {
     pub frame: u32,
 }
 
+impl Shot {
+    /// A lit picture under a sky in still air, as the parameters' defaults have it.
+    pub fn new(camera: Camera, size_px: [u32; 2]) -> Self {
+        Self {
+            camera,
+            size_px,
+            stage: Stage::Lit,
+            background: Background::Sky,
+            // From the upper right behind the viewer of the front.
+            toward_sun: Vec3::new(0.454_5, 0.707_1, 0.541_7),
+            light: LightParams::default(),
+            wind: WindParams::default(),
+            growth: GrowthParams::default(),
+            frame: 0,
+        }
+    }
+}
+
 /// A tree and where it stands, as often as it stands there.
 #[derive(Debug)]
 pub struct Stand<'a> {
