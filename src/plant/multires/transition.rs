@@ -79,6 +79,7 @@ mod tests {
             prop_assert_eq!(&between(&bones, kept, 0.0), &bones[..kept]);
             prop_assert_eq!(&between(&bones, kept, 1.0), &bones);
             let (now, then) = (between(&bones, kept, t.max(1e-6)), between(&bones, kept, (t + step).clamp(1e-6, 1.0)));
+            prop_assert_eq!((now.len(), then.len()), (bones.len(), bones.len()));
             prop_assert_eq!(&now[..kept], &bones[..kept]);
             let reach: f32 = bones.iter().map(|b| b.length_m + 0.5).sum();
             for (a, b) in now.iter().zip(&then) {
@@ -109,6 +110,7 @@ mod tests {
         };
         let bones = [bone(None, 0.0), bone(Some(0), 1.0), bone(Some(1), 2.0)];
         let barely = between(&bones, 1, 1e-5);
+        assert_eq!(barely.len(), 3);
         assert!(barely[1..].iter().all(|b| b.length_m <= 1e-5 && b.end_radius_m <= 1e-5 && (b.start - Vec3::Y).length() <= 2e-5));
         let half = between(&bones, 1, 0.5);
         assert_eq!((half[1].start.y, half[2].start.y, half[2].end().y), (1.0, 1.5, 2.0));
