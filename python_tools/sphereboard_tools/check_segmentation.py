@@ -163,9 +163,7 @@ def report_agreement(rows: list[Agreement], asked: HsvParameters) -> bool:
     worst = min(min(row.opencv, row.skimage) for row in rows)
     refused = sum(row.refused for row in rows)
     holding = sum(row.holds for row in rows)
-    print(
-        f"{hues}: {holding} of {len(rows)} photographs agree with OpenCV and scikit-image ({refused} refused); IoU ≥ {worst:.5f}"
-    )
+    print(f"{hues}: {holding} of {len(rows)} photographs agree with OpenCV and scikit-image ({refused} refused); IoU ≥ {worst:.5f}")
     return holding == len(rows)
 
 
