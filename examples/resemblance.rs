@@ -32,7 +32,7 @@ fn main() -> Result<()> {
     let _folder = files::ready_folder(&out)?;
     let runs: Vec<Result<(View, ModelRun)>> = photos.par_iter().map(|path| model(path)).collect();
     let mut renderer = Renderer::new(Gpu::open(&AdapterChoice::Software)?)?;
-    let mut table = format!("photograph,silhouette_iou,delta_e2000\n");
+    let mut table = String::from("photograph,silhouette_iou,silhouette_iou_with_gaps,silhouette_iou_unshaped,delta_e2000\n");
     let mut pictures = Vec::new();
     for (path, run) in photos.iter().zip(runs) {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -40,13 +40,19 @@ fn main() -> Result<()> {
             Ok((view, run)) => {
                 let seen = resemblance::measure(&mut renderer, &view.photo, &run)?;
                 println!(
-                    "{:>2}.{} {name}: IoU {:.3}, ΔE2000 {:.2}",
+                    "{:>2}.{} {name}: IoU {:.3} (with gaps {:.3}, unshaped {:.3}), ΔE2000 {:.2}",
                     pictures.len() / ROWS + 1,
                     pictures.len() % ROWS + 1,
                     seen.iou,
+                    seen.iou_with_gaps,
+                    seen.iou_unshaped,
                     seen.delta_e
                 );
-                let _ = writeln!(table, "{name},{:.4},{:.3}", seen.iou, seen.delta_e);
+                let _ = writeln!(
+                    table,
+                    "{name},{:.4},{:.4},{:.4},{:.3}",
+                    seen.iou, seen.iou_with_gaps, seen.iou_unshaped, seen.delta_e
+                );
                 pictures.push(seen.picture);
             }
             Err(error) => println!("not modelled: {name}: {error}"),
