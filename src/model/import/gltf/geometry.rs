@@ -9,6 +9,9 @@ use crate::Result;
 use crate::geom::{PolyMesh, Surface};
 use crate::model::import::Warnings;
 
+/// What a primitive costs beside its vertices, in vertices.
+const PRIMITIVE_COST: usize = 32;
+
 const TRIANGLES: u64 = 4;
 const STRIP: u64 = 5;
 const FAN: u64 = 6;
@@ -30,6 +33,8 @@ impl Geometry<'_> {
         spent: &mut Spent,
         warnings: &mut Warnings,
     ) -> Result<Option<Surface>> {
+        // However small, it takes its time.
+        spent.vertices(PRIMITIVE_COST)?;
         let mode = self.primitive.mode.unwrap_or(TRIANGLES);
         if !(TRIANGLES..=FAN).contains(&mode) {
             warnings.add("not-triangles", "points or lines in the file are left out".to_owned());
