@@ -28,7 +28,8 @@ impl Surface {
     /// When the vertices together are too many to be numbered by 32 bits.
     pub fn append(&mut self, other: Self) {
         let (count, more) = (self.mesh.positions.len(), other.mesh.positions.len());
-        let first = u32::try_from(count).ok().filter(|_| u32::try_from(count + more).is_ok()).expect("vertices numbered by 32 bits");
+        let first =
+            u32::try_from(count).ok().filter(|_| u32::try_from(count + more).is_ok()).expect("vertices numbered by 32 bits");
         self.mesh.triangles.extend(other.mesh.triangles.iter().map(|t| t.map(|v| v + first)));
         self.mesh.quads.extend(other.mesh.quads.iter().map(|q| q.map(|v| v + first)));
         self.mesh.positions.extend(other.mesh.positions);
