@@ -341,7 +341,9 @@ pub enum Error {
         what: String,
     },
     /// Neither a preset nor a file.
-    #[error("expected a preset ({known}) or the file of an L-system, but found {found}; `sphereboard grow --list` describes the presets")]
+    #[error(
+        "expected a preset ({known}) or the file of an L-system, but found {found}; `sphereboard grow --list` describes the presets"
+    )]
     UnknownSystem {
         /// The presets.
         known: String,

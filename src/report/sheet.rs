@@ -7,8 +7,8 @@ use image::{Rgb, RgbImage};
 
 use crate::Result;
 use crate::geom::Surface;
-use crate::model::{Part, TreeModel};
 use crate::model::pipeline::ModelRun;
+use crate::model::{Part, TreeModel};
 use crate::raster::{Light, Material, View, render, to_linear};
 
 use super::draw;
@@ -53,7 +53,8 @@ pub fn grown_row(parts: &[Part], size_px: u32) -> Result<RgbImage> {
     let bare: Vec<Part> = parts.iter().filter(|part| part.material.alpha_cutoff.is_none()).cloned().collect();
     let sides = [(parts, 0.0, 0.0), (parts, FRAC_PI_2, 0.0), (parts, FRAC_PI_4, FRAC_PI_4), (&bare, 0.0, 0.0)];
     // What the tree needs from the side where it is widest.
-    let half_m = sides.iter().map(|(_, azimuth, elevation)| around(parts, *azimuth, *elevation, size_px).half_height_m).fold(0.0, f32::max);
+    let half_m =
+        sides.iter().map(|(_, azimuth, elevation)| around(parts, *azimuth, *elevation, size_px).half_height_m).fold(0.0, f32::max);
     let panels = sides.iter().map(|(shown, azimuth, elevation)| {
         let view = View { half_height_m: half_m, ..around(parts, *azimuth, *elevation, size_px) };
         let surfaces: Vec<(&Surface, Material)> = shown.iter().map(|part| (&part.surface, part.material.raster())).collect();
