@@ -68,7 +68,7 @@ pub const PRESETS: [Preset; 10] = [
         bark: BarkKind::Furrowed,
         shows: "a length of shoot with seventeen leaves",
         leaves: 16_184,
-        height_m: 14.2,
+        height_m: 13.2,
     },
     Preset {
         name: "acacia",
@@ -117,7 +117,7 @@ pub const PRESETS: [Preset; 10] = [
         leaf: LeafKind::Scale,
         bark: BarkKind::Stringy,
         shows: "a plume of shoots with scales",
-        leaves: 11_023,
+        leaves: 12_483,
         height_m: 7.2,
     },
     Preset {
