@@ -16,6 +16,7 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("cast", include_str!("../../shaders/cast.wgsl")),
     ("mesh", include_str!("../../shaders/mesh.wgsl")),
     ("backdrop", include_str!("../../shaders/backdrop.wgsl")),
+    ("present", include_str!("../../shaders/present.wgsl")),
     ("composite", include_str!("../../shaders/composite.wgsl")),
 ];
 

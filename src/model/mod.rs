@@ -3,6 +3,7 @@
 //! Everything here is in object space: metres, +Y up, origin at the foot of the trunk, +Z towards the photographer.
 
 pub mod glb;
+pub mod import;
 mod part;
 pub mod pipeline;
 pub mod trunk;

@@ -14,6 +14,7 @@ mod camera;
 mod composite;
 mod light;
 mod mesh;
+mod present;
 mod shadow;
 mod targets;
 mod wind;
@@ -22,13 +23,14 @@ use glam::{Mat4, Quat, Vec3};
 use image::RgbaImage;
 
 use crate::geom::Bounds;
-use crate::gpu::{Gpu, layout, read_texture};
+use crate::gpu::{Gpu, Target, layout, read_texture};
 use crate::model::Part;
 use crate::{Error, Result};
 
 pub use camera::{Camera, FOV_Y_RAD, Projection};
 pub use light::LightParams;
 pub use mesh::Tree;
+pub use present::Window;
 pub use wind::WindParams;
 
 use backdrop::Backdrop;
@@ -104,6 +106,9 @@ pub struct Picture {
     pub depth_m: Vec<f32>,
 }
 
+/// Most pixels of a picture: its targets take about 30 bytes a pixel, 2 GB in all.
+const MAX_PIXELS: u64 = 64 << 20;
+
 /// Draws frames. Owns the device and every pipeline.
 #[derive(Debug)]
 pub struct Renderer {
@@ -161,9 +166,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Device`] when they do not fit.
     pub fn upload(&self, parts: &[Part]) -> Result<Tree> {
-        let tree = self.meshes.upload(&self.gpu, parts);
-        self.gpu.check()?;
-        Ok(tree)
+        self.gpu.guarded(|| self.meshes.upload(&self.gpu, parts))
     }
 
     /// Takes a picture and reads it back.
@@ -179,6 +182,14 @@ impl Renderer {
         let depth_m = depth.chunks_exact(4).map(|b| shot.camera.distance_m(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))).collect();
         let color = RgbaImage::from_raw(width, height, color).expect("as many bytes as the target has pixels");
         Ok(Picture { color, depth_m })
+    }
+
+    /// The picture that [`Renderer::draw`] made last.
+    ///
+    /// # Panics
+    /// Before the first.
+    fn drawn(&self) -> &Target {
+        &self.targets.as_ref().expect("draw makes them").frame_color
     }
 
     /// Draws a frame into the targets.
@@ -212,7 +223,8 @@ impl Renderer {
             let bounds = stand.tree.bounds()?;
             let radius = 0.5 * bounds.size().length() + sway.reach_m(bounds.max.y);
             let seen = |i: &layout::Instance| {
-                let center = Vec3::from(i.position) + i.scale * (Quat::from_array(i.rotation.map(f32::from)).normalize() * bounds.center());
+                let center =
+                    Vec3::from(i.position) + i.scale * (Quat::from_array(i.rotation.map(f32::from)).normalize() * bounds.center());
                 view.sees(center, radius * i.scale, self.sun.size_px)
             };
             let instances: Vec<_> = stand.instances.iter().filter(|i| seen(i)).copied().collect();
@@ -223,13 +235,13 @@ impl Renderer {
 
     fn resize(&mut self, size_px: [u32; 2]) -> Result<()> {
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
-        if !size_px.iter().all(|side| (1..=limit).contains(side)) {
-            return Err(Error::PictureSize { found: size_px, limit });
+        let pixels = size_px.iter().map(|&side| u64::from(side)).product::<u64>();
+        if !size_px.iter().all(|side| (1..=limit).contains(side)) || pixels > MAX_PIXELS {
+            return Err(Error::PictureSize { found: size_px, limit, megapixels: MAX_PIXELS >> 20 });
         }
         if self.targets.as_ref().is_none_or(|targets| targets.size_px != size_px) {
             self.targets = None; // the old ones go before the new ones come
-            self.targets = Some(Targets::new(&self.gpu, size_px));
-            self.gpu.check()?;
+            self.targets = Some(self.gpu.guarded(|| Targets::new(&self.gpu, size_px))?);
         }
         Ok(())
     }
@@ -237,11 +249,12 @@ impl Renderer {
 
 /// The box around everything placed, wherever the wind may push it.
 fn scene_bounds(stands: &[Stand], sway: Sway) -> Option<Bounds> {
-    let corners = stands.iter().filter_map(|stand| Some((stand.tree.bounds()?, stand.instances))).flat_map(|(bounds, instances)| {
-        let reach = Vec3::splat(sway.reach_m(bounds.max.y));
-        let swayed = Bounds { min: bounds.min - reach, max: bounds.max + reach };
-        instances.iter().flat_map(move |instance| placed_corners(swayed, instance))
-    });
+    let corners =
+        stands.iter().filter_map(|stand| Some((stand.tree.bounds()?, stand.instances))).flat_map(|(bounds, instances)| {
+            let reach = Vec3::splat(sway.reach_m(bounds.max.y));
+            let swayed = Bounds { min: bounds.min - reach, max: bounds.max + reach };
+            instances.iter().flat_map(move |instance| placed_corners(swayed, instance))
+        });
     Bounds::of(corners)
 }
 
