@@ -95,11 +95,12 @@ pub struct MeshDrawer {
     /// For the sun: solid (one-sided, two-sided), cut out (one-sided, two-sided).
     cast: [[wgpu::RenderPipeline; 2]; 2],
     material_layout: wgpu::BindGroupLayout,
-    clamp: wgpu::Sampler,
-    repeat: wgpu::Sampler,
+    /// Clamped (solid, cut out), repeated (solid, cut out).
+    samplers: [[wgpu::Sampler; 2]; 2],
 }
 
-/// Texels along the longer side of a pixel's footprint: crowns show most of their texture aslant, and beyond four nothing more is seen.
+/// Texels along the longer side of a pixel's footprint on solid surfaces: bark is seen aslant, and beyond four nothing more shows. Cut-out
+/// ones do without: averages of alpha along the footprint would pass the test less often than the surface does.
 const ANISOTROPY: u16 = 4;
 
 impl MeshDrawer {
@@ -117,7 +118,7 @@ impl MeshDrawer {
         let sides = [Some(wgpu::Face::Back), None];
         let solid = |cull| pipeline(gpu, "cast.solid", &cast_layout, &cast, None, cull);
         let cut_out = |cull| pipeline(gpu, "cast.cut_out", &cast_layout, &cast, Some(&[]), cull);
-        let sampler = |label, mode| {
+        let sampler = |label, mode, anisotropy_clamp| {
             gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some(label),
                 address_mode_u: mode,
@@ -125,15 +126,15 @@ impl MeshDrawer {
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
                 mipmap_filter: wgpu::MipmapFilterMode::Linear,
-                anisotropy_clamp: ANISOTROPY,
+                anisotropy_clamp,
                 ..Default::default()
             })
         };
         Self {
             seen: sides.map(|cull| pipeline(gpu, "mesh.pipeline", &mesh_layout, &mesh, Some(&targets), cull)),
             cast: [sides.map(solid), sides.map(cut_out)],
-            clamp: sampler("mesh.clamp", wgpu::AddressMode::ClampToEdge),
-            repeat: sampler("mesh.repeat", wgpu::AddressMode::Repeat),
+            samplers: [("mesh.clamp", wgpu::AddressMode::ClampToEdge), ("mesh.repeat", wgpu::AddressMode::Repeat)]
+                .map(|(label, mode)| [ANISOTROPY, 1].map(|texels| sampler(label, mode, texels))),
             material_layout,
         }
     }
@@ -204,7 +205,7 @@ impl MeshDrawer {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let view = textures.view(gpu, &part.material);
-        let sampler = if *wrap == Wrap::Clamp { &self.clamp } else { &self.repeat };
+        let sampler = &self.samplers[usize::from(*wrap == Wrap::Repeat)][usize::from(alpha_cutoff.is_some())];
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("mesh.material"),
             layout: &self.material_layout,
