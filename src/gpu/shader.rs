@@ -9,6 +9,7 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("shared/frame", include_str!("../../shaders/shared/frame.wgsl")),
     ("shared/screen", include_str!("../../shaders/shared/screen.wgsl")),
     ("shared/id", include_str!("../../shaders/shared/id.wgsl")),
+    ("shared/outline", include_str!("../../shaders/shared/outline.wgsl")),
     ("growth", include_str!("../../shaders/growth.wgsl")),
     ("grown", include_str!("../../shaders/grown.wgsl")),
     ("mesh", include_str!("../../shaders/mesh.wgsl")),

@@ -31,8 +31,8 @@ impl Growth {
     /// What is likely for a tree of which nothing more is known, `height_m` tall.
     pub fn likely(profile: GrowthProfile, height_m: f64) -> Self {
         let (min, max, spacing) = match profile {
-            GrowthProfile::Needle => (0.002, 0.035, 0.022),
-            GrowthProfile::Broadleaf => (0.003, 0.030, 0.035),
+            GrowthProfile::Needle => (0.002, 0.022, 0.012),
+            GrowthProfile::Broadleaf => (0.003, 0.022, 0.025),
         };
         Self { profile, min_m: min * height_m, max_m: max * height_m, spacing_m: spacing * height_m }
     }

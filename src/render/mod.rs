@@ -174,7 +174,10 @@ impl Renderer {
     pub fn picture(&mut self, shot: &Shot, stands: &[Stand]) -> Result<Picture> {
         self.draw(shot, stands)?;
         let targets = self.targets.as_ref().expect("draw makes them");
-        let color = read_texture(&self.gpu, &targets.frame_color.texture)?;
+        let mut color = read_texture(&self.gpu, &targets.frame_color.texture)?;
+        if shot.background == Background::Alpha {
+            composite::make_straight(&mut color);
+        }
         let depth = read_texture(&self.gpu, &targets.frame_depth.texture)?;
         let [width, height] = shot.size_px;
         let depth_m = depth.chunks_exact(4).map(|b| shot.camera.distance_m(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))).collect();
@@ -200,7 +203,8 @@ impl Renderer {
         self.backdrop.draw(&mut encoder, &self.frame_group, targets, shot.background);
         self.meshes.draw(&mut encoder, &self.frame_group, targets, &drawn);
         self.growth.draw(&self.gpu, &mut encoder, targets, &growing, &self.crowns)?;
-        self.composite.draw(&self.gpu, &mut encoder, targets);
+        let smooth = matches!(shot.stage, Stage::Antialiased | Stage::Lit);
+        self.composite.draw(&self.gpu, &mut encoder, targets, &growing.tree_tiles, smooth);
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.check()
     }
