@@ -1,31 +1,15 @@
 // Surfaces of placed trees into the temporary colour, depth and id buffers (She §3.4, fig. 14).
 #import shared/frame
+#import shared/tree
 #import shared/id
-
-// Mirrors gpu::layout::Material.
-struct Material {
-    factor: vec4f,
-    crown_center: vec3f,
-    alpha_cutoff: f32,
-    grows: u32,
-    two_sided: u32,
-    pad: vec2u,
-}
+#import shared/light
+#import shared/shadow
+#import shared/sky
 
 // Crowns near enough to grow, by slot.
 @group(0) @binding(8) var<storage, read> crowns: array<GrowingCrown>;
-@group(1) @binding(0) var<uniform> material: Material;
-@group(1) @binding(1) var color_texture: texture_2d<f32>;
-@group(1) @binding(2) var color_sampler: sampler;
 
-struct Corner {
-    @location(0) position: vec3f,
-    @location(1) normal: vec3f,
-    @location(2) uv: vec2f,
-    @location(3) place: vec4f,
-    @location(4) rotation: vec4f,
-    @location(5) id: vec2u,
-}
+const SKY: u32 = 0u;
 
 struct Seen {
     @builtin(position) position: vec4f,
@@ -38,22 +22,47 @@ struct Seen {
     @location(4) @interpolate(flat) slot: u32,
 }
 
-fn turned(q: vec4f, v: vec3f) -> vec3f {
-    return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v);
-}
-
 @vertex
 fn vs_main(corner: Corner) -> Seen {
-    let q = normalize(corner.rotation);
-    let world = corner.place.xyz + corner.place.w * turned(q, corner.position);
+    let world = placed(corner);
     var seen: Seen;
     seen.position = frame.clip_from_world * vec4f(world, 1.0);
     seen.world = world;
-    seen.normal = turned(q, corner.normal);
-    seen.uv = corner.uv;
     seen.from_center = corner.position - material.crown_center;
+    seen.normal = turned(normalize(corner.rotation), crown_normal(corner.normal, seen.from_center));
+    seen.uv = corner.uv;
     seen.slot = corner.id.y;
     return seen;
+}
+
+// A crown is lit as the rounded whole that it is, its lobes as half of that: between the surface's normal and its ellipsoid's.
+fn crown_normal(normal: vec3f, from_center: vec3f) -> vec3f {
+    let reach = material.crown_reach.xyx;
+    let round = from_center / (reach * reach);
+    return select(normal, normal + normalize(round + vec3f(0.0, 1e-6, 0.0)), material.grows != 0u);
+}
+
+// How much of the sky and the ground a point sees past its own tree, 0..1: less inside the crown and on its underside.
+fn openness(from_center: vec3f) -> f32 {
+    if material.grows == 0u {
+        return mix(0.55, 0.75, material.foliage);
+    }
+    let p = from_center / material.crown_reach.xyx;
+    let outside = smoothstep(0.35, 1.0, length(p));
+    return mix(0.35, 1.0, outside) * mix(0.55, 1.0, smoothstep(-0.9, 0.5, p.y));
+}
+
+fn lit(albedo: vec3f, seen: Seen, n: vec3f) -> vec3f {
+    let toward_eye = normalize(frame.eye - seen.world);
+    var sun = vec3f(0.0);
+    if material.foliage > 0.0 {
+        let reach = select(0.1 * material.tree_height_m, min(material.crown_reach.x, material.crown_reach.y), material.grows != 0u);
+        sun = sun_on_foliage(n, toward_eye) * sun_through_leaves(seen.world, 0.22 * reach);
+    } else {
+        sun = sun_on_face(n) * sun_on_solid(seen.world + 2.0 * frame.shadow_texel_m * n, 0.0);
+    }
+    let color = albedo * (sun + ambient(n) * openness(seen.from_center));
+    return held(select(color, through_air(color, frame.eye, seen.world), frame.background == SKY));
 }
 
 struct Drawn {
@@ -64,22 +73,22 @@ struct Drawn {
 @fragment
 fn fs_main(seen: Seen, @builtin(front_facing) front: bool) -> Drawn {
     let color = material.factor * textureSample(color_texture, color_sampler, seen.uv);
-    if color.a < material.alpha_cutoff || (!front && material.two_sided == 0u) {
+    if color.a < material.alpha_cutoff {
         discard;
     }
-    var n = normalize(seen.normal);
-    if !front {
-        n = -n;
+    var shown = color.rgb;
+    if frame.lit > 0.0 {
+        let n = normalize(seen.normal);
+        shown = mix(shown, lit(shown, seen, select(-n, n, front)), frame.lit);
     }
-    let sun = max(dot(n, frame.toward_sun), 0.0) * frame.sun_color;
-    let light = mix(vec3f(1.0), sun + mix(frame.ground_color, frame.sky_color, 0.5 + 0.5 * n.y), frame.lit);
-    return Drawn(vec4f(color.rgb * light, 1.0), id_of(seen, n));
+    return Drawn(vec4f(shown, 1.0), id_of(seen));
 }
 
-fn id_of(seen: Seen, n: vec3f) -> u32 {
+fn id_of(seen: Seen) -> u32 {
     if material.grows == 0u || seen.slot == 0u {
         return 0u;
     }
     let slot = seen.slot + material.grows - 1u;
-    return crown_id(slot, crowns[slot], seen.from_center, abs(dot(n, normalize(frame.eye - seen.world))));
+    let toward_eye = normalize(frame.eye - seen.world);
+    return crown_id(slot, crowns[slot], seen.from_center, abs(dot(normalize(seen.normal), toward_eye)));
 }

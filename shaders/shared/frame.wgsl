@@ -8,13 +8,16 @@ struct Frame {
     toward_sun: vec3f,
     lit: f32,
     sun_color: vec3f,
-    wind_m_per_s: f32,
+    shadow_texel_m: f32,
     sky_color: vec3f,
     ground_m: f32,
     ground_color: vec3f,
     background: u32,
     size_px: vec2f,
     px_per_m: vec2f,
+    lean: vec2f,
+    flutter_m: f32,
+    sun_depth_m: f32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

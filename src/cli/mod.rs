@@ -3,13 +3,16 @@
 //! Exit codes: 0 all done, 1 at least one photograph failed (the others are written), 2 the arguments make no sense (nothing is written).
 
 mod batch;
+mod doctor;
 mod hints;
+mod look;
 mod model;
 mod options;
 mod render;
 mod say;
 mod segment;
 mod usage;
+mod view;
 
 use std::ffi::OsStr;
 use std::process::ExitCode;
@@ -34,9 +37,11 @@ pub fn run() -> ExitCode {
         }
     };
     let outcome = match matches.subcommand() {
+        Some(("doctor", m)) => doctor::run(m),
         Some(("model", m)) => model::run(m),
         Some(("render", m)) => render::run(m),
         Some(("segment", m)) => segment::run(m),
+        Some(("view", m)) => view::run(m),
         _ => unreachable!("clap accepts only the subcommands of `command`"),
     };
     outcome.unwrap_or_else(|error| {
@@ -68,6 +73,8 @@ fn command() -> Command {
         .subcommand(model::command().after_help(ABOUT_SHE))
         .subcommand(segment::command().after_help(ABOUT_SHE))
         .subcommand(render::command().after_help(ABOUT_SHE))
+        .subcommand(view::command())
+        .subcommand(doctor::command())
 }
 
 /// What a command returns: its exit code, or a mistake in the arguments.

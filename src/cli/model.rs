@@ -141,7 +141,10 @@ impl Settings {
             seed: self.seed,
             sources: job.photos.iter().filter_map(|p| p.file_name()).map(|name| name.to_string_lossy().into_owned()).collect(),
         };
-        let run = pipeline::run(&request, step)?;
+        let run = pipeline::run(&request, step).map_err(|error| match error {
+            Error::InView { view, cause } => Error::InFile { path: job.photos[view].clone(), cause },
+            of_all => of_all,
+        })?;
         stages_ms.extend(&run.stages_ms);
 
         let writing = Instant::now();

@@ -1,105 +1,131 @@
-//! `sphereboard render`: a model to a picture.
+//! `sphereboard render`: a model to a picture, a depth picture, or a turntable.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Arg, ArgMatches, Command, value_parser};
 use glam::Vec3;
+use image::RgbaImage;
+use indicatif::ProgressBar;
 
-use crate::gpu::{AdapterChoice, Gpu, layout::Instance};
-use crate::model::{self, glb};
-use crate::raster::png;
-use crate::render::{Background, Camera, GrowthParams, Renderer, Shot, Stage, Stand};
+use crate::gpu::layout::Instance;
+use crate::model::{Part, import};
+use crate::raster::{exr_depth, gif, png, webp};
+use crate::render::{Picture, Renderer, Stand, Tree};
 use crate::{Error, Result, files};
 
-use super::{Outcome, options};
-
-crate::params! {
-    /// How a model is looked at.
-    pub struct LookParams {
-        /// From where round the tree: 0 is the side of the photograph, 90 its right.
-        azimuth_deg: f64 = 0.0, in -360.0..=360.0, unit "°", source "ours: the front";
-        /// How far above the horizon the viewer stands; 90 looks straight down.
-        elevation_deg: f64 = 5.0, in -90.0..=90.0, unit "°", source "ours: a person's eye, looking slightly up and down";
-        /// Distance from the middle of the tree; 0 fits the tree into the picture.
-        distance_m: f64 = 0.0, in 0.0..=100000.0, unit "m", source "ours: all of it seen";
-        /// How far the picture is taken.
-        stage: Stage = Stage::Lit, unit "", source "She fig. 15";
-        /// What stands behind.
-        background: Background = Background::Sky, unit "", source "ours: as in a scene";
-    }
-}
+use super::look::{self, Look, Orbit};
+use super::{Outcome, batch, options, say};
 
 /// The command's arguments.
 pub fn command() -> Command {
+    let file = |name: &'static str| Arg::new(name).long(name).value_name("FILE").value_parser(value_parser!(PathBuf));
     let command = Command::new("render")
-        .about("Draw a model: one picture, or a turntable")
-        .arg(Arg::new("model").value_name("MODEL").required(true).value_parser(value_parser!(PathBuf)).help("A GLB file"))
+        .about("Draw a model: a picture, its depth, or a turntable")
         .arg(
-            Arg::new("out")
-                .long("out")
-                .value_name("FILE")
+            Arg::new("model")
+                .value_name("MODEL")
                 .required(true)
                 .value_parser(value_parser!(PathBuf))
-                .help("The picture: PNG"),
+                .help("A model: GLB, glTF or OBJ, of ours or of any other program"),
         )
-        .arg(Arg::new("size").long("size").value_name("WxH").default_value("1440x810").help("Size of the picture, pixels"))
+        .arg(file("out").required_unless_present("turntable").help("The picture, PNG"))
+        .arg(file("depth").requires("out").help("Also write the distance from the viewer's plane: OpenEXR, channel Z, metres"))
+        .arg(file("turntable").help("A full turn round the tree: *.gif, *.webp, or a folder for frames as PNG"))
         .arg(
-            Arg::new("sun")
-                .long("sun")
-                .value_name("AZ,EL")
+            Arg::new("frames")
+                .long("frames")
+                .value_name("N")
                 .allow_negative_numbers(true)
-                .default_value("40,45")
-                .help("Where the sun stands: azimuth as the viewer's, elevation above the horizon, °"),
-        )
-        .arg(
-            Arg::new("adapter")
-                .long("adapter")
-                .value_name("NAME")
-                .default_value("auto")
-                .help("Which graphics adapter: auto, software, gpu or a part of its name; `sphereboard doctor` lists them"),
+                .default_value("75")
+                .help("Pictures of the turntable, 2 to 3600; it shows 25 a second"),
         );
-    options::add::<GrowthParams>(options::add::<LookParams>(command, "View"), "Growth of outlines")
+    look::add(command)
 }
 
 /// Runs it.
 pub fn run(matches: &ArgMatches) -> Outcome {
-    let look: LookParams = options::read(matches)?;
-    let text = |name: &str| matches.get_one::<String>(name).expect("clap gives the default").as_str();
-    let size_px = pair(text("size"), 'x', "--size", "WIDTHxHEIGHT in pixels, for example 1440x810")?;
-    let [azimuth, elevation] =
-        pair::<f32>(text("sun"), ',', "--sun", "AZIMUTH,ELEVATION in degrees, for example 40,45")?.map(f32::to_radians);
-    let toward_sun = Vec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos());
-    let path: &PathBuf = matches.get_one("model").expect("clap requires it");
-    let bytes = files::read_whole(path, 1 << 30)?;
-    let parts = glb::read(&bytes)?.parts();
-    let bounds = model::bounds(&parts).expect("a model has a crown");
-    let choice: AdapterChoice = text("adapter").parse().unwrap_or_else(|never| match never {});
-    let mut renderer = Renderer::new(Gpu::open(&choice)?)?;
+    let look = Look::read(matches)?;
+    let frames = options::whole(matches, "frames", 2..=3600)?.expect("clap gives the default");
+    let path = |name: &str| matches.get_one::<PathBuf>(name).cloned();
+    let model = path("model").expect("clap requires it");
+    let (out, depth, turntable) = (path("out"), path("depth"), path("turntable"));
+    let outputs = [&out, &depth, &turntable].into_iter().flatten().map(PathBuf::as_path);
+    files::refuse_overwriting(outputs, std::slice::from_ref(&model))?;
+
+    let parts = read_parts(&model)?;
+    let points: Vec<Vec3> = parts.iter().flat_map(|part| part.surface.mesh.positions.iter().copied()).collect();
+    let mut renderer = look.renderer()?;
     let tree = renderer.upload(&parts)?;
-    let distance = if look.distance_m > 0.0 { look.distance_m as f32 } else { Camera::distance_for(bounds, 0.95) };
-    let shot = Shot {
-        camera: Camera::orbit(
-            bounds.center(),
-            look.azimuth_deg.to_radians() as f32,
-            look.elevation_deg.to_radians() as f32,
-            distance,
-        ),
-        size_px,
-        stage: look.stage,
-        background: look.background,
-        toward_sun,
-        growth: options::read(matches)?,
-        frame: 0,
-    };
-    let picture = renderer.picture(&shot, &[Stand { tree: &tree, instances: &[Instance::IDENTITY] }])?;
-    let out: &PathBuf = matches.get_one("out").expect("clap requires it");
-    files::write_all(&[(out.clone(), png(&picture.color)?)])?;
+    let orbit = look.orbit(&points, turntable.is_some());
+    let mut scene = Scene { look: &look, orbit, tree: &tree, renderer: &mut renderer };
+    if let Some(out) = out {
+        let picture = scene.picture(0.0)?;
+        let mut made = vec![(out, png(&picture.color)?)];
+        if let Some(depth) = depth {
+            made.push((depth, exr_depth(look.size_px, &picture.depth_m)?));
+        }
+        files::write_all(&made)?;
+        made.iter().for_each(|(path, _)| _ = say::out(&path.display().to_string()));
+    }
+    if let Some(target) = turntable {
+        scene.turntable(&target, frames)?;
+        say::out(&target.display().to_string());
+    }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Two numbers with a sign between them.
-fn pair<T: std::str::FromStr>(text: &str, between: char, flag: &'static str, expected: &str) -> Result<[T; 2]> {
-    let numbers = text.split_once(between).and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
-    numbers.ok_or_else(|| Error::Hint { flag, expected: expected.to_owned(), found: text.to_owned() })
+/// The model's parts; what was read otherwise than the file says is told.
+pub fn read_parts(path: &Path) -> Result<Vec<Part>> {
+    let imported = import::open(path)?;
+    imported.warnings.iter().for_each(|warning| say::err(&format!("{}: warning: {}", path.display(), warning.message)));
+    Ok(imported.parts)
+}
+
+/// One tree on its own, and how it is looked at.
+struct Scene<'a> {
+    look: &'a Look,
+    orbit: Orbit,
+    tree: &'a Tree,
+    renderer: &'a mut Renderer,
+}
+
+impl Scene<'_> {
+    fn picture(&mut self, turn_rad: f32) -> Result<Picture> {
+        let shot = self.look.shot(self.orbit.camera(turn_rad));
+        self.renderer.picture(&shot, &[Stand { tree: self.tree, instances: &[Instance::IDENTITY] }])
+    }
+
+    /// A full turn, as one file or as a folder of frames.
+    fn turntable(&mut self, target: &Path, frames: u32) -> Result<()> {
+        let bar = batch::progress_bar(u64::from(frames));
+        let kind = target.extension().and_then(|e| e.to_str()).map(str::to_lowercase);
+        let pictures = self.turn(frames, &bar);
+        let bytes = match kind.as_deref() {
+            Some("gif") => gif(pictures.collect::<Result<_>>()?)?,
+            Some("webp") => webp(&pictures.collect::<Result<Vec<_>>>()?)?,
+            Some(other) => {
+                let expected = "a file *.gif or *.webp, or a folder".to_owned();
+                return Err(Error::Hint { flag: "--turntable", expected, found: format!("*.{other}") });
+            }
+            None => {
+                let _folder = files::ready_folder(target)?;
+                for (number, picture) in pictures.enumerate() {
+                    files::write_whole(&target.join(format!("{number:04}.png")), &png(&picture?)?)?;
+                }
+                return Ok(());
+            }
+        };
+        bar.finish_and_clear();
+        files::write_whole(target, &bytes)
+    }
+
+    /// The frames of a full turn.
+    fn turn(&mut self, frames: u32, bar: &ProgressBar) -> impl Iterator<Item = Result<RgbaImage>> {
+        (0..frames).map(move |frame| {
+            let picture = self.picture(std::f32::consts::TAU * frame as f32 / frames as f32)?;
+            bar.inc(1);
+            Ok(picture.color)
+        })
+    }
 }

@@ -16,6 +16,8 @@ pub struct Surface {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, one per vertex, glTF convention: (0, 0) is the top left corner of the image. Empty when untextured.
     pub uvs: Vec<Vec2>,
+    /// Colours that multiply the material's, one per vertex: linear light, straight alpha. Empty when the material says it all.
+    pub colors: Vec<[f32; 4]>,
 }
 
 impl Surface {

@@ -45,8 +45,14 @@ impl fmt::Display for AdapterChoice {
 }
 
 impl AdapterChoice {
+    /// The number of the adapter that suits best. Of equals the first, so that it depends on nothing but the drivers' own order.
+    pub fn best<'a>(&self, infos: impl IntoIterator<Item = &'a wgpu::AdapterInfo>) -> Option<usize> {
+        let ranked = infos.into_iter().enumerate().filter_map(|(number, info)| Some((self.rank(info)?, number)));
+        ranked.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, number)| number)
+    }
+
     /// How well an adapter suits the choice; `None` when it does not. Higher is better.
-    pub fn rank(&self, info: &wgpu::AdapterInfo) -> Option<u32> {
+    fn rank(&self, info: &wgpu::AdapterInfo) -> Option<u32> {
         use wgpu::DeviceType::{Cpu, DiscreteGpu, IntegratedGpu, Other, VirtualGpu};
         let power = match info.device_type {
             DiscreteGpu => 4,
@@ -98,14 +104,9 @@ impl Gpu {
     pub fn open(choice: &AdapterChoice) -> Result<Self> {
         let instance = instance();
         let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-        let names: Vec<String> = found.iter().map(|a| a.get_info().name).collect();
-        // Of equals the first stays, so that the choice does not depend on anything but the driver's own order.
-        let best = found
-            .into_iter()
-            .filter_map(|a| Some((choice.rank(&a.get_info())?, a)))
-            .reduce(|best, next| if next.0 > best.0 { next } else { best });
-        let Some((_, adapter)) = best else {
-            return Err(Error::NoAdapter { wanted: choice.to_string(), found: names });
+        let infos: Vec<_> = found.iter().map(wgpu::Adapter::get_info).collect();
+        let Some(adapter) = choice.best(&infos).and_then(|best| found.into_iter().nth(best)) else {
+            return Err(Error::NoAdapter { wanted: choice.to_string(), found: infos.into_iter().map(|info| info.name).collect() });
         };
         Self::open_adapter(instance, adapter)
     }
@@ -155,6 +156,20 @@ impl Gpu {
     pub fn check(&self) -> Result<()> {
         let what = self.trouble.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).take();
         what.map_or(Ok(()), |what| Err(Error::Device { adapter: self.info.name.clone(), what }))
+    }
+
+    /// Runs `make`, which creates things on the device, and gives its result unless memory ran out or the driver refused.
+    ///
+    /// # Errors
+    /// [`Error::Device`] with the driver's words.
+    pub fn guarded<T>(&self, make: impl FnOnce() -> T) -> Result<T> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let made = make();
+        let refused = pollster::block_on(validation.pop());
+        let what = pollster::block_on(memory.pop()).or(refused);
+        self.check()?;
+        what.map_or(Ok(made), |what| Err(Error::Device { adapter: self.info.name.clone(), what: what.to_string() }))
     }
 
     /// Waits until everything submitted has been done.

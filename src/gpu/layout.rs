@@ -22,8 +22,8 @@ pub struct Frame {
     pub lit: f32,
     /// Sunlight on a face turned to it, linear.
     pub sun_color: [f32; 3],
-    /// Wind at the top of a tree, m/s.
-    pub wind_m_per_s: f32,
+    /// Side of a texel of the sun's shadow map, metres; 0 where nothing casts shadows.
+    pub shadow_texel_m: f32,
     /// Light from above, linear.
     pub sky_color: [f32; 3],
     /// Where the ground lies, metres; below everything when there is none.
@@ -36,6 +36,12 @@ pub struct Frame {
     pub size_px: [f32; 2],
     /// Pixels per metre at depth d are `x + y · d`.
     pub px_per_m: [f32; 2],
+    /// How far the wind pushes the top of a tree, share of its height, along world x and z.
+    pub lean: [f32; 2],
+    /// How far leaves flutter at most, metres.
+    pub flutter_m: f32,
+    /// Metres from depth 1 to depth 0 of the sun's shadow map.
+    pub sun_depth_m: f32,
 }
 
 /// What one part's surface is made of: WGSL `Material`, uniform.
@@ -52,8 +58,14 @@ pub struct Material {
     pub grows: u32,
     /// 1 when backs are drawn too.
     pub two_sided: u32,
-    /// Sampler: unused, keeps the size a multiple of 16.
-    pub pad: [u32; 2],
+    /// Half the crown's width and half its height, metres; 1 where there is no crown.
+    pub crown_reach: [f32; 2],
+    /// Height of the whole tree, metres, for the wind.
+    pub tree_height_m: f32,
+    /// 1 for leaves, which let light through; 0 for wood.
+    pub foliage: f32,
+    /// Unused: keeps the size a multiple of 16.
+    pub pad: [f32; 2],
 }
 
 /// What growth knows of the frame: WGSL `GrowthFrame`, uniform.

@@ -6,9 +6,11 @@ mod adapter;
 pub mod layout;
 mod readback;
 mod shader;
+mod survey;
 mod texture;
 
 pub use adapter::{AdapterChoice, Gpu, instance};
 pub use readback::{read_buffer, read_texture};
 pub use shader::{SHADERS, Shader, assemble};
+pub use survey::{Found, survey};
 pub use texture::{Target, target, upload_mips};

@@ -12,8 +12,15 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("shared/outline", include_str!("../../shaders/shared/outline.wgsl")),
     ("growth", include_str!("../../shaders/growth.wgsl")),
     ("grown", include_str!("../../shaders/grown.wgsl")),
+    ("shared/tree", include_str!("../../shaders/shared/tree.wgsl")),
+    ("shared/sway", include_str!("../../shaders/shared/sway.wgsl")),
+    ("shared/light", include_str!("../../shaders/shared/light.wgsl")),
+    ("shared/shadow", include_str!("../../shaders/shared/shadow.wgsl")),
+    ("shared/sky", include_str!("../../shaders/shared/sky.wgsl")),
+    ("cast", include_str!("../../shaders/cast.wgsl")),
     ("mesh", include_str!("../../shaders/mesh.wgsl")),
     ("backdrop", include_str!("../../shaders/backdrop.wgsl")),
+    ("present", include_str!("../../shaders/present.wgsl")),
     ("composite", include_str!("../../shaders/composite.wgsl")),
 ];
 

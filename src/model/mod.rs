@@ -4,6 +4,7 @@
 
 pub mod glb;
 mod growth;
+pub mod import;
 mod part;
 pub mod pipeline;
 pub mod trunk;

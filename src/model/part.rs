@@ -26,6 +26,8 @@ pub struct Part {
 /// How a surface looks: the part of glTF's material that a tree needs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
+    /// What the file calls it; empty when it does not say.
+    pub name: String,
     /// Multiplies the texture, or is the colour without one: linear light, straight alpha.
     pub factor: [f32; 4],
     /// Base colour, sRGB with straight alpha. Shared, since many parts of a file may use one picture.
@@ -49,7 +51,7 @@ pub enum Wrap {
 
 impl Default for Material {
     fn default() -> Self {
-        Self { factor: [1.0; 4], texture: None, wrap: Wrap::Repeat, alpha_cutoff: None, two_sided: false }
+        Self { name: String::new(), factor: [1.0; 4], texture: None, wrap: Wrap::Repeat, alpha_cutoff: None, two_sided: false }
     }
 }
 
@@ -64,6 +66,7 @@ impl TreeModel {
 impl ModelCrown {
     fn part(&self, number: usize) -> Part {
         let material = Material {
+            name: "foliage".to_owned(),
             texture: Some(Arc::new(self.texture.clone())),
             wrap: Wrap::Clamp,
             alpha_cutoff: Some(ALPHA_CUTOFF),
@@ -76,7 +79,7 @@ impl ModelCrown {
 impl Trunk {
     fn part(&self) -> Part {
         let [r, g, b] = self.bark.map(to_linear);
-        let material = Material { factor: [r, g, b, 1.0], ..Material::default() };
+        let material = Material { name: "bark".to_owned(), factor: [r, g, b, 1.0], ..Material::default() };
         Part { name: "trunk".to_owned(), surface: self.surface.clone(), material, crown_center: None }
     }
 }

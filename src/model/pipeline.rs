@@ -122,17 +122,16 @@ pub const WRITE: &str = "write";
 /// Runs every stage. `step` is called with each stage's name when it is done.
 ///
 /// # Errors
-/// Those of the stages; nothing is written here.
+/// Those of the stages, in [`Error::InView`] where they are a single photograph's; nothing is written here.
 pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
     let Request { views, params, seed, .. } = *request;
     let mut clock = Clock { stage_began: Instant::now(), stages_ms: Vec::new(), step };
 
-    let segmentations: Vec<Segmentation> =
-        views.iter().map(|view| segment(&view.photo, &params.segment, &view.hints)).collect::<Result<_>>()?;
+    let segmentations: Vec<Segmentation> = of_each(views, |view| segment(&view.photo, &params.segment, &view.hints))?;
     clock.done("segment");
 
     let products: Vec<ViewProducts> =
-        views.iter().zip(segmentations).map(|(view, masks)| ViewProducts::of(&view.photo, masks, params)).collect::<Result<_>>()?;
+        of_each(views.iter().zip(segmentations), |(view, masks)| ViewProducts::of(&view.photo, masks, params))?;
     let outlines: Vec<Outline> =
         products.iter().zip(views).map(|(product, view)| product.outline(request.azimuth_rad(view))).collect();
     clock.done("silhouette");
@@ -183,6 +182,12 @@ pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
         stages_ms: clock.stages_ms,
         warnings,
     })
+}
+
+/// What `work` makes of each view, or what is wrong with the first that fails.
+fn of_each<V, T>(views: impl IntoIterator<Item = V>, work: impl Fn(V) -> Result<T>) -> Result<Vec<T>> {
+    let in_view = |(view, it)| work(it).map_err(|cause| Error::InView { view, cause: Box::new(cause) });
+    views.into_iter().enumerate().map(in_view).collect()
 }
 
 /// Times the stages and announces them.

@@ -91,7 +91,7 @@ fn tube(centers: &[Vec3; 4], radii: &[f32; 4]) -> Surface {
             mesh.quads.push([corner(ring, side), corner(ring, side + 1), corner(ring + 1, side + 1), corner(ring + 1, side)]);
         }
     }
-    Surface { mesh, normals, uvs: Vec::new() }
+    Surface { mesh, normals, ..Surface::default() }
 }
 
 /// The outward direction `out`, made perpendicular to the tube's wall between the rings around `ring`.

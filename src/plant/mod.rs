@@ -5,6 +5,23 @@
 //!                                     └──multires──▶ multichain ──prefix──▶ modules of the first n levels
 //! ```
 
+pub mod boxes;
+pub mod command;
+pub mod derive;
+pub mod grammar;
+mod growth;
+pub mod module;
+pub mod multires;
+mod neighbours;
 pub mod skeleton;
+pub mod turtle;
 
-pub use skeleton::{Bone, BoneKind, Skeleton};
+pub use command::{Action, Command};
+pub use derive::{DeriveParams, Progress};
+pub use grammar::Grammar;
+pub use module::{Alphabet, Chain, Module, Symbol};
+pub use skeleton::{Bone, BoneKind, Branch, Polygon, Skeleton};
+pub use turtle::{Growth, Turtle, TurtleParams, draw};
+
+#[cfg(test)]
+mod derive_tests;

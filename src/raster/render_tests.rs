@@ -10,7 +10,7 @@ fn square(z: f32) -> Surface {
         quads: vec![[0, 1, 2, 3]],
     };
     let uvs = [(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)].map(|(u, v)| Vec2::new(u, v)).to_vec();
-    Surface { normals: vec![Vec3::Z; 4], mesh, uvs }
+    Surface { normals: vec![Vec3::Z; 4], mesh, uvs, ..Surface::default() }
 }
 
 fn view(azimuth_rad: f32, elevation_rad: f32) -> View {

@@ -4,13 +4,13 @@ use std::sync::LazyLock;
 
 /// 8-bit sRGB to linear light (IEC 61966-2-1).
 pub fn to_linear(value: u8) -> f32 {
-    static TABLE: LazyLock<[f32; 256]> = LazyLock::new(|| {
-        std::array::from_fn(|i| {
-            let s = i as f32 / 255.0;
-            if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
-        })
-    });
+    static TABLE: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| decoded(i as f32 / 255.0)));
     TABLE[usize::from(value)]
+}
+
+/// sRGB from 0 to 1 to linear light (IEC 61966-2-1): for values between the bytes, as means are.
+pub fn decoded(value: f32) -> f32 {
+    if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Linear light to 8-bit sRGB, clamped (IEC 61966-2-1).

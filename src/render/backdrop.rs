@@ -12,10 +12,10 @@ pub struct Backdrop {
 
 impl Backdrop {
     /// Compiles its pipeline.
-    pub fn new(gpu: &Gpu, frame: &wgpu::BindGroupLayout) -> Self {
+    pub fn new(gpu: &Gpu, frame: &wgpu::BindGroupLayout, sun: &wgpu::BindGroupLayout) -> Self {
         let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("backdrop.layout"),
-            bind_group_layouts: &[Some(frame)],
+            bind_group_layouts: &[Some(frame), None, Some(sun)],
             immediate_size: 0,
         });
         let shader = Shader::load(gpu, "backdrop");
@@ -43,8 +43,15 @@ impl Backdrop {
         Self { pipeline }
     }
 
-    /// Clears the frame and draws what stands behind.
-    pub fn draw(&self, encoder: &mut wgpu::CommandEncoder, frame: &wgpu::BindGroup, targets: &Targets, background: Background) {
+    /// Clears the frame and draws what stands behind, with the shadows of `sun`'s map on it.
+    pub fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &wgpu::BindGroup,
+        sun: &wgpu::BindGroup,
+        targets: &Targets,
+        background: Background,
+    ) {
         let plain = match background {
             Background::White => wgpu::Color::WHITE,
             Background::Black | Background::Sky => wgpu::Color::BLACK,
@@ -59,6 +66,7 @@ impl Backdrop {
         if background == Background::Sky {
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, frame, &[]);
+            pass.set_bind_group(2, sun, &[]);
             pass.draw(0..3, 0..1);
         }
     }

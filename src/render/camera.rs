@@ -2,8 +2,6 @@
 
 use glam::{Mat3, Mat4, Vec3, Vec4};
 
-use crate::geom::Bounds;
-
 /// How far the picture opens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Projection {
@@ -53,10 +51,15 @@ impl Camera {
         }
     }
 
-    /// The distance from which `bounds` fill `fill` of the picture's shorter side.
-    pub fn distance_for(bounds: Bounds, fill: f32) -> f32 {
-        let radius = 0.5 * bounds.size().length();
-        radius / (fill * (0.5 * FOV_Y_RAD).sin())
+    /// The distance from `target` at which all of `points` just fit, with a margin of 4 %, into a picture of this width over height.
+    pub fn fitting_distance_m(points: &[Vec3], target: Vec3, azimuth_rad: f32, elevation_rad: f32, aspect: f32) -> f32 {
+        let [right, up, backward] = Self::orbit(target, azimuth_rad, elevation_rad, 1.0).axes;
+        let slope = (0.5 * FOV_Y_RAD).tan() / 1.04;
+        let needed = points.iter().map(|&p| {
+            let p = p - target;
+            p.dot(backward) + p.dot(up).abs().max(p.dot(right).abs() / aspect) / slope
+        });
+        needed.fold(0.1, f32::max)
     }
 
     /// World to view space: +X right, +Y up, looking along -Z.

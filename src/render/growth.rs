@@ -6,6 +6,7 @@ use super::limb::{LimbView, Twigs};
 use super::mesh::CrownShape;
 use super::targets::{COLOR, ID, Targets, color_attachment, depth_attachment, nearer};
 use super::tiles::{Tiles, screen_rect};
+use super::wind::Sway;
 use super::{Camera, Projection, Shot, Stage, Stand};
 use crate::geom::Bounds;
 use crate::gpu::{Gpu, Shader, layout};
@@ -220,6 +221,7 @@ struct Seer<'a> {
     clip_from_world: Mat4,
     size_px: [u32; 2],
     px_per_m: [f32; 2],
+    sway: Sway,
 }
 
 /// A crown as seen.
@@ -237,13 +239,17 @@ impl<'a> Seer<'a> {
             clip_from_world: shot.camera.clip_from_world(width as f32 / height as f32),
             size_px: shot.size_px,
             px_per_m: shot.camera.px_per_m(height),
+            sway: Sway::of(&shot.wind),
         }
     }
 
-    /// Where a box of an instance is seen.
+    /// Where a box of an instance may be seen, wherever the wind pushes it.
     fn rect(&self, bounds: Option<Bounds>, instance: &layout::Instance) -> Option<[f32; 4]> {
         let (world_from_object, _) = placed(instance);
-        screen_rect(&(self.clip_from_world * world_from_object), bounds?, self.size_px)
+        let bounds = bounds?;
+        let reach = Vec3::splat(self.sway.reach_m(bounds.max.y));
+        let swayed = Bounds { min: bounds.min - reach, max: bounds.max + reach };
+        screen_rect(&(self.clip_from_world * world_from_object), swayed, self.size_px)
     }
 
     /// The crown of an instance, where it is in the picture and grows by a pixel or more.

@@ -1,14 +1,17 @@
 //! The drawer of surfaces: crowns, trunks, branches, leaves.
 
+use std::sync::Arc;
+
 use bytemuck::Zeroable;
+use glam::Vec3;
 use image::{Rgba, RgbaImage};
 use wgpu::util::DeviceExt;
 
 use super::targets::{COLOR, ID, Targets, color_attachment, depth_attachment, nearer};
 use crate::geom::Bounds;
-use crate::gpu::{Gpu, Shader, layout, upload_mips};
+use crate::gpu::{Gpu, Shader, Target, layout, upload_mips};
 use crate::model::{Growth, GrowthProfile, Material, Part, Wrap, bounds};
-use glam::Vec3;
+use crate::raster::mip_chain;
 
 /// A tree on the device.
 #[derive(Debug)]
@@ -73,6 +76,8 @@ struct DrawnPart {
     indices: wgpu::Buffer,
     count: u32,
     material: wgpu::BindGroup,
+    two_sided: bool,
+    cut_out: bool,
 }
 
 /// Instances on the device.
@@ -82,46 +87,36 @@ pub struct Placed {
     count: u32,
 }
 
-/// Draws surfaces into the temporary buffers.
+/// Draws surfaces, into the temporary buffers and as the sun sees them.
 #[derive(Debug)]
 pub struct MeshDrawer {
-    pipeline: wgpu::RenderPipeline,
+    /// One-sided, two-sided.
+    seen: [wgpu::RenderPipeline; 2],
+    /// For the sun: solid (one-sided, two-sided), cut out (one-sided, two-sided).
+    cast: [[wgpu::RenderPipeline; 2]; 2],
     material_layout: wgpu::BindGroupLayout,
     clamp: wgpu::Sampler,
     repeat: wgpu::Sampler,
 }
 
+/// Texels along the longer side of a pixel's footprint: crowns show most of their texture aslant, and beyond four nothing more is seen.
+const ANISOTROPY: u16 = 4;
+
 impl MeshDrawer {
-    /// Compiles its pipeline.
-    pub fn new(gpu: &Gpu, frame: &wgpu::BindGroupLayout) -> Self {
+    /// Compiles its pipelines.
+    pub fn new(gpu: &Gpu, frame: &wgpu::BindGroupLayout, sun: &wgpu::BindGroupLayout) -> Self {
         let material_layout = material_layout(gpu);
-        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("mesh.layout"),
-            bind_group_layouts: &[Some(frame), Some(&material_layout)],
-            immediate_size: 0,
-        });
-        let shader = Shader::load(gpu, "mesh");
-        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("mesh.pipeline"),
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &shader.0,
-                entry_point: Some("vs_main"),
-                compilation_options: Default::default(),
-                buffers: &[Some(layout::Vertex::LAYOUT), Some(layout::Instance::LAYOUT)],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(nearer()),
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &shader.0,
-                entry_point: Some("fs_main"),
-                compilation_options: Default::default(),
-                targets: &[Some(COLOR.into()), Some(ID.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+        let layout = |label, groups: &[Option<&wgpu::BindGroupLayout>]| {
+            let descriptor = wgpu::PipelineLayoutDescriptor { label: Some(label), bind_group_layouts: groups, immediate_size: 0 };
+            gpu.device.create_pipeline_layout(&descriptor)
+        };
+        let (mesh, cast) = (Shader::load(gpu, "mesh"), Shader::load(gpu, "cast"));
+        let mesh_layout = layout("mesh.layout", &[Some(frame), Some(&material_layout), Some(sun)]);
+        let cast_layout = layout("cast.layout", &[Some(frame), Some(&material_layout)]);
+        let targets = [Some(COLOR.into()), Some(ID.into())];
+        let sides = [Some(wgpu::Face::Back), None];
+        let solid = |cull| pipeline(gpu, "cast.solid", &cast_layout, &cast, None, cull);
+        let cut_out = |cull| pipeline(gpu, "cast.cut_out", &cast_layout, &cast, Some(&[]), cull);
         let sampler = |label, mode| {
             gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some(label),
@@ -130,36 +125,43 @@ impl MeshDrawer {
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
                 mipmap_filter: wgpu::MipmapFilterMode::Linear,
+                anisotropy_clamp: ANISOTROPY,
                 ..Default::default()
             })
         };
-        let clamp = sampler("mesh.clamp", wgpu::AddressMode::ClampToEdge);
-        let repeat = sampler("mesh.repeat", wgpu::AddressMode::Repeat);
-        Self { pipeline, material_layout, clamp, repeat }
+        Self {
+            seen: sides.map(|cull| pipeline(gpu, "mesh.pipeline", &mesh_layout, &mesh, Some(&targets), cull)),
+            cast: [sides.map(solid), sides.map(cut_out)],
+            clamp: sampler("mesh.clamp", wgpu::AddressMode::ClampToEdge),
+            repeat: sampler("mesh.repeat", wgpu::AddressMode::Repeat),
+            material_layout,
+        }
     }
 
-    /// Puts a tree onto the device.
+    /// Puts a tree onto the device. Parts that share a picture share its texture.
     pub fn upload(&self, gpu: &Gpu, parts: &[Part]) -> Tree {
+        let bounds = bounds(parts);
+        let height_m = bounds.map_or(1.0, |b| b.max.y.max(1e-3));
         let drawable = parts.iter().filter(|part| part.surface.mesh.polygon_count() > 0);
+        let mut textures = Textures::default();
         let mut crowns = vec![];
         let mut drawn = vec![];
         for part in drawable {
             let crown = CrownShape::of(part);
             crowns.extend(crown);
-            drawn.push(self.upload_part(gpu, part, if crown.is_some() { crowns.len() as u32 } else { 0 }));
+            let number = if crown.is_some() { crowns.len() as u32 } else { 0 };
+            drawn.push(self.upload_part(gpu, part, number, height_m, &mut textures));
         }
-        let bounds = bounds(parts);
-        let height_m = bounds.map_or(1.0, |b| f64::from(b.size().y));
         Tree {
             parts: drawn,
             bounds,
             crowns,
-            growth: Growth::likely(GrowthProfile::Broadleaf, height_m),
+            growth: Growth::likely(GrowthProfile::Broadleaf, f64::from(height_m)),
             triangles: parts.iter().map(|part| part.surface.mesh.triangulated().count()).sum(),
         }
     }
 
-    fn upload_part(&self, gpu: &Gpu, part: &Part, crown: u32) -> DrawnPart {
+    fn upload_part(&self, gpu: &Gpu, part: &Part, crown: u32, tree_height_m: f32, textures: &mut Textures) -> DrawnPart {
         let surface = &part.surface;
         let vertex = |i: usize| layout::Vertex {
             position: surface.mesh.positions[i].to_array(),
@@ -175,18 +177,34 @@ impl MeshDrawer {
             vertices: buffer("mesh.vertices", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer("mesh.indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             count: indices.len() as u32,
-            material: self.upload_material(gpu, part, crown),
+            material: self.upload_material(gpu, part, crown, tree_height_m, textures),
+            two_sided: part.material.two_sided,
+            cut_out: part.material.alpha_cutoff.is_some(),
         }
     }
 
-    fn upload_material(&self, gpu: &Gpu, part: &Part, crown: u32) -> wgpu::BindGroup {
-        let Material { factor, texture, wrap, alpha_cutoff, two_sided } = &part.material;
+    /// `number` is that of the crown within its tree, from 1.
+    fn upload_material(
+        &self,
+        gpu: &Gpu,
+        part: &Part,
+        number: u32,
+        tree_height_m: f32,
+        textures: &mut Textures,
+    ) -> wgpu::BindGroup {
+        let Material { factor, wrap, alpha_cutoff, two_sided, .. } = &part.material;
+        let crown = part.crown_center.and_then(|_| Bounds::of(part.surface.mesh.positions.iter().copied()));
+        let half = crown.map_or(Vec3::ONE, |crown| (0.5 * crown.size()).max(Vec3::splat(1e-3)));
         let values = layout::Material {
             factor: *factor,
             crown_center: part.crown_center.unwrap_or_default().to_array(),
             alpha_cutoff: alpha_cutoff.unwrap_or(0.0),
-            grows: crown,
+            grows: number,
             two_sided: u32::from(*two_sided),
+            crown_reach: [half.x.max(half.z), half.y],
+            tree_height_m,
+            // Only leaves are cut out of what they are painted on.
+            foliage: f32::from(u8::from(alpha_cutoff.is_some())),
             ..layout::Material::zeroed()
         };
         let uniform = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -194,8 +212,7 @@ impl MeshDrawer {
             contents: bytemuck::bytes_of(&values),
             usage: wgpu::BufferUsages::UNIFORM,
         });
-        let plain = RgbaImage::from_pixel(1, 1, Rgba([255; 4]));
-        let view = upload_mips(gpu, "mesh.texture", &[texture.as_deref().unwrap_or(&plain).clone()]);
+        let view = textures.view(gpu, &part.material);
         let sampler = if *wrap == Wrap::Clamp { &self.clamp } else { &self.repeat };
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("mesh.material"),
@@ -218,8 +235,15 @@ impl MeshDrawer {
         Placed { buffer, count: instances.len() as u32 }
     }
 
-    /// Draws trees into the temporary colour, depth and id buffers.
-    pub fn draw(&self, encoder: &mut wgpu::CommandEncoder, frame: &wgpu::BindGroup, targets: &Targets, trees: &[(&Tree, Placed)]) {
+    /// Draws trees into the temporary colour, depth and id buffers, lit through the map of `sun`.
+    pub fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &wgpu::BindGroup,
+        sun: &wgpu::BindGroup,
+        targets: &Targets,
+        trees: &[(&Tree, Placed)],
+    ) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("trees"),
             color_attachments: &[
@@ -229,18 +253,91 @@ impl MeshDrawer {
             depth_stencil_attachment: Some(depth_attachment(&targets.tree_depth, true)),
             ..Default::default()
         });
-        pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, frame, &[]);
-        for (tree, placed) in trees {
-            pass.set_vertex_buffer(1, placed.buffer.slice(..));
-            for part in &tree.parts {
-                pass.set_bind_group(1, &part.material, &[]);
-                pass.set_vertex_buffer(0, part.vertices.slice(..));
-                pass.set_index_buffer(part.indices.slice(..), wgpu::IndexFormat::Uint32);
-                pass.draw_indexed(0..part.count, 0, 0..placed.count);
-            }
+        pass.set_bind_group(2, sun, &[]);
+        draw_parts(&mut pass, trees, |part| &self.seen[usize::from(part.two_sided)]);
+    }
+
+    /// Draws trees into the sun's map.
+    pub fn cast(&self, encoder: &mut wgpu::CommandEncoder, frame: &wgpu::BindGroup, map: &Target, trees: &[(&Tree, Placed)]) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shadow"),
+            depth_stencil_attachment: Some(depth_attachment(map, true)),
+            ..Default::default()
+        });
+        pass.set_bind_group(0, frame, &[]);
+        draw_parts(&mut pass, trees, |part| &self.cast[usize::from(part.cut_out)][usize::from(part.two_sided)]);
+    }
+}
+
+fn draw_parts<'a>(
+    pass: &mut wgpu::RenderPass,
+    trees: &'a [(&Tree, Placed)],
+    pipeline: impl Fn(&'a DrawnPart) -> &'a wgpu::RenderPipeline,
+) {
+    for (tree, placed) in trees.iter().filter(|(_, placed)| placed.count > 0) {
+        pass.set_vertex_buffer(1, placed.buffer.slice(..));
+        for part in &tree.parts {
+            pass.set_pipeline(pipeline(part));
+            pass.set_bind_group(1, &part.material, &[]);
+            pass.set_vertex_buffer(0, part.vertices.slice(..));
+            pass.set_index_buffer(part.indices.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..part.count, 0, 0..placed.count);
         }
     }
+}
+
+/// The textures of a tree's parts, each uploaded once.
+#[derive(Default)]
+struct Textures(Vec<(Arc<RgbaImage>, Option<f32>, wgpu::TextureView)>);
+
+impl Textures {
+    fn view(&mut self, gpu: &Gpu, material: &Material) -> wgpu::TextureView {
+        let Some(picture) = &material.texture else {
+            return upload_mips(gpu, "mesh.plain", &[RgbaImage::from_pixel(1, 1, Rgba([255; 4]))]);
+        };
+        let known = self.0.iter().find(|(known, cutoff, _)| Arc::ptr_eq(known, picture) && *cutoff == material.alpha_cutoff);
+        if let Some((_, _, view)) = known {
+            return view.clone();
+        }
+        // The cutoff tests the product of texture and factor.
+        let cutoff = material.alpha_cutoff.map(|cutoff| cutoff / material.factor[3].max(1e-3));
+        let view = upload_mips(gpu, "mesh.texture", &mip_chain(picture, cutoff));
+        self.0.push((picture.clone(), material.alpha_cutoff, view.clone()));
+        view
+    }
+}
+
+/// A pipeline that keeps what is nearer; without targets it has no fragment stage and draws depth alone.
+fn pipeline(
+    gpu: &Gpu,
+    label: &'static str,
+    layout: &wgpu::PipelineLayout,
+    shader: &Shader,
+    targets: Option<&[Option<wgpu::ColorTargetState>]>,
+    cull_mode: Option<wgpu::Face>,
+) -> wgpu::RenderPipeline {
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(label),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module: &shader.0,
+            entry_point: Some("vs_main"),
+            compilation_options: Default::default(),
+            buffers: &[Some(layout::Vertex::LAYOUT), Some(layout::Instance::LAYOUT)],
+        },
+        primitive: wgpu::PrimitiveState { cull_mode, ..Default::default() },
+        depth_stencil: Some(nearer()),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: targets.map(|targets| wgpu::FragmentState {
+            module: &shader.0,
+            entry_point: Some("fs_main"),
+            compilation_options: Default::default(),
+            targets,
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
 }
 
 fn material_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {

@@ -116,6 +116,7 @@ impl<'a> Reader<'a> {
             mesh: polygons(positions, &corners, triangles, quads)?,
             normals: normals.chunks_exact(3).map(Vec3::from_slice).collect(),
             uvs: uvs.chunks_exact(2).map(Vec2::from_slice).collect(),
+            colors: Vec::new(),
         })
     }
 

@@ -1,0 +1,130 @@
+//! Context in a bracketed chain (Prusinkiewicz & Lindenmayer 1990, §1.8): the left context of a module is the path from the root to
+//! it, the right context what grows on from it; side branches that a rule does not name are skipped.
+
+use super::grammar::Rule;
+use super::module::{Chain, Symbol};
+
+const NONE: u32 = u32::MAX;
+
+/// For each module of a chain what contexts need, found in one pass.
+pub(super) struct Neighbours<'i> {
+    /// The module that it grows on, ignored ones left out.
+    before: Vec<u32>,
+    /// For `[`: where its `]` stands.
+    partner: Vec<u32>,
+    /// Where its parameters begin.
+    params: Vec<u32>,
+    ignored: &'i [bool],
+}
+
+impl<'i> Neighbours<'i> {
+    pub fn of(chain: &Chain, ignored: &'i [bool]) -> Self {
+        let count = chain.len();
+        let (mut before, mut partner) = (vec![NONE; count], vec![NONE; count]);
+        let mut params = Vec::with_capacity(count);
+        let (mut last, mut offset, mut opened) = (NONE, 0, vec![]);
+        for (i, symbol) in chain.symbols.iter().enumerate() {
+            params.push(offset);
+            offset += chain.alphabet.arity(*symbol) as u32;
+            before[i] = last;
+            match *symbol {
+                Symbol::PUSH => opened.push((i, last)),
+                Symbol::POP => {
+                    if let Some((open, path)) = opened.pop() {
+                        partner[open] = i as u32;
+                        last = path;
+                    }
+                }
+                symbol if ignored[symbol.index()] => {}
+                _ => last = i as u32,
+            }
+        }
+        Self { before, partner, params, ignored }
+    }
+
+    /// Whether the rule's contexts stand round module `at`; then `bound` holds the variables of left context, module, right context.
+    pub fn bind(&self, chain: &Chain, rule: &Rule, at: usize, own: &[f64], bound: &mut Vec<f64>) -> bool {
+        let (mut here, mut path) = (at, vec![]);
+        for wanted in rule.left.iter().rev() {
+            here = self.before[here] as usize;
+            if chain.symbols.get(here) != Some(wanted) {
+                return false;
+            }
+            path.push(here);
+        }
+        path.iter().rev().for_each(|module| self.push_params(chain, *module, bound));
+        bound.extend_from_slice(own);
+        self.fits_right(chain, &rule.right, at + 1, bound)
+    }
+
+    fn push_params(&self, chain: &Chain, module: usize, bound: &mut Vec<f64>) {
+        let start = self.params[module] as usize;
+        bound.extend_from_slice(&chain.params[start..start + chain.alphabet.arity(chain.symbols[module])]);
+    }
+
+    /// Matches `pattern` from module `at` on. A bracket in the pattern must find a side branch that it fits, among those that
+    /// begin there; side branches before a wanted symbol are skipped.
+    fn fits_right(&self, chain: &Chain, pattern: &[Symbol], mut at: usize, bound: &mut Vec<f64>) -> bool {
+        let mut pattern = pattern;
+        while let Some((wanted, rest)) = pattern.split_first() {
+            if *wanted == Symbol::PUSH {
+                let end = closing(rest);
+                let Some(behind) = self.branch(chain, &rest[..end], at, bound) else { return false };
+                (at, pattern) = (behind, rest.get(end + 1..).unwrap_or_default());
+                continue;
+            }
+            let Some(found) = self.next(chain, at) else { return false };
+            if chain.symbols[found] != *wanted {
+                return false;
+            }
+            self.push_params(chain, found, bound);
+            (at, pattern) = (found + 1, rest);
+        }
+        true
+    }
+
+    /// The next module on the axis from `at` on: past ignored ones and side branches, not past the branch's end.
+    fn next(&self, chain: &Chain, mut at: usize) -> Option<usize> {
+        loop {
+            at = match *chain.symbols.get(at)? {
+                Symbol::PUSH if self.partner[at] == NONE => return None,
+                Symbol::PUSH => self.partner[at] as usize + 1,
+                Symbol::POP => return None,
+                symbol if self.ignored[symbol.index()] => at + 1,
+                _ => return Some(at),
+            }
+        }
+    }
+
+    /// The end of the first side branch from `at` on that fits `inside`.
+    fn branch(&self, chain: &Chain, inside: &[Symbol], mut at: usize, bound: &mut Vec<f64>) -> Option<usize> {
+        loop {
+            match *chain.symbols.get(at)? {
+                Symbol::PUSH if self.partner[at] != NONE => {
+                    let (behind, before) = (self.partner[at] as usize + 1, bound.len());
+                    if self.fits_right(chain, inside, at + 1, bound) {
+                        return Some(behind);
+                    }
+                    bound.truncate(before);
+                    at = behind;
+                }
+                symbol if symbol > Symbol::POP && self.ignored[symbol.index()] => at += 1,
+                _ => return None,
+            }
+        }
+    }
+}
+
+/// Where the bracket closes that opened before `pattern`.
+fn closing(pattern: &[Symbol]) -> usize {
+    let mut depth = 0;
+    let close = pattern.iter().position(|symbol| {
+        match *symbol {
+            Symbol::PUSH => depth += 1,
+            Symbol::POP => depth -= 1,
+            _ => {}
+        }
+        depth < 0
+    });
+    close.unwrap_or(pattern.len())
+}
