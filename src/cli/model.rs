@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use crate::crown::CrownParams;
 use crate::model::glb;
 use crate::model::pipeline::{self, DECODE, ModelParams, ModelRun, Request, STAGES, SizeParams, View, WRITE};
+use crate::model::ProfileParams;
 use crate::photo::{DecodeParams, ExemplarParams, SegmentParams, SilhouetteParams, decode};
 use crate::texture::{BakeParams, SynthParams};
 use crate::{Error, Result, Seed, report};
@@ -63,6 +64,7 @@ pub fn command() -> Command {
         );
     let command = hints::add(command);
     let command = options::add::<SizeParams>(command, "Size");
+    let command = options::add::<ProfileParams>(command, "Growth of the outline");
     let command = options::add::<CrownParams>(command, "Crown surface (She §3.1, fig. 8-9)");
     let command = options::add::<SynthParams>(command, "Texture (She §3.2, fig. 10-12)");
     let command = options::add::<BakeParams>(command, "Atlas");
@@ -110,6 +112,7 @@ impl Settings {
                 texture: options::read(matches)?,
                 bake: options::read(matches)?,
                 size: options::read(matches)?,
+                outline: options::read(matches)?,
             },
             height_is_given: matches.value_source("height_m") == Some(ValueSource::CommandLine),
             hints: HintOptions::read(matches, photos)?,

@@ -204,6 +204,15 @@ impl Renderer {
         Ok(Picture { color, depth_m })
     }
 
+    /// Draws a frame and waits until the device has done it, for measurements.
+    ///
+    /// # Errors
+    /// As [`Renderer::picture`].
+    pub fn frame(&mut self, shot: &Shot, stands: &[Stand]) -> Result<()> {
+        self.draw(shot, stands)?;
+        self.gpu.wait()
+    }
+
     /// The picture that [`Renderer::draw`] made last.
     ///
     /// # Panics
