@@ -304,6 +304,7 @@ fn a_model_of_ours_is_known_again() {
         feature_points: vec![],
         exemplar_window_px: None,
         gap_fraction: 0.0,
+        growth: sphereboard::model::Growth::likely(sphereboard::model::GrowthProfile::Broadleaf, 9.0),
     };
     let texture = RgbaImage::from_pixel(2, 2, Rgba([1, 2, 3, 255]));
     let center = Vec3::Y * 5.0;

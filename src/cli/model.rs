@@ -8,6 +8,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::{Value, json};
 
 use crate::crown::CrownParams;
+use crate::model::ProfileParams;
 use crate::model::glb;
 use crate::model::pipeline::{self, DECODE, ModelParams, ModelRun, PREVIEW, Request, STAGES, SizeParams, View, WRITE};
 use crate::photo::{DecodeParams, ExemplarParams, SegmentParams, SilhouetteParams, decode};
@@ -71,6 +72,7 @@ pub fn command() -> Command {
     );
     let command = hints::add(command);
     let command = options::add::<SizeParams>(command, "Size");
+    let command = options::add::<ProfileParams>(command, "Growth of the outline");
     let command = options::add::<CrownParams>(command, "Crown surface (She §3.1, fig. 8-9)");
     let command = options::add::<SynthParams>(command, "Texture (She §3.2, fig. 10-12)");
     let command = options::add::<BakeParams>(command, "Atlas");
@@ -120,6 +122,7 @@ impl Settings {
                 texture: options::read(matches)?,
                 bake: options::read(matches)?,
                 size: options::read(matches)?,
+                outline: options::read(matches)?,
             },
             height_is_given: matches.value_source("height_m") == Some(ValueSource::CommandLine),
             hints: HintOptions::read(matches, photos)?,
@@ -159,7 +162,7 @@ impl Settings {
         stages_ms.extend(&run.stages_ms);
 
         let previewing = Instant::now();
-        let preview = match self.previews.as_ref().map(|previews| previews.draw(&run.model.parts())) {
+        let preview = match self.previews.as_ref().map(|previews| previews.draw(&run.model)) {
             Some(Ok(picture)) => Some((self.batch.path(job, ".preview.png"), png(&picture)?)),
             Some(Err(cause)) => {
                 run.warnings.push(Warning::new("no-preview", format!("no preview was drawn, the model is whole: {cause}")));

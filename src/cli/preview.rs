@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use image::RgbImage;
 
 use crate::gpu::{AdapterChoice, Gpu};
-use crate::model::Part;
+use crate::model::TreeModel;
 use crate::render::Renderer;
 use crate::{Error, Result, report};
 
@@ -31,7 +31,7 @@ impl Previews {
     }
 
     /// A preview, or why there is none.
-    pub fn draw(&self, parts: &[Part]) -> Result<RgbImage, String> {
+    pub fn draw(&self, model: &TreeModel) -> Result<RgbImage, String> {
         let mut opened = self.renderer.lock().unwrap_or_else(PoisonError::into_inner);
         if let Opened::NotYet = *opened {
             *opened = match Gpu::open(&self.adapter).and_then(Renderer::new) {
@@ -40,7 +40,7 @@ impl Previews {
             };
         }
         match &mut *opened {
-            Opened::Here(renderer) => report::preview::preview(renderer, parts).map_err(|e: Error| e.to_string()),
+            Opened::Here(renderer) => report::preview::preview(renderer, model).map_err(|e: Error| e.to_string()),
             Opened::Failed(why) => Err(why.clone()),
             Opened::NotYet => unreachable!("just opened"),
         }

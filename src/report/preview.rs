@@ -8,7 +8,7 @@ use image::{Rgb, RgbImage};
 use crate::Result;
 use crate::geom::Bounds;
 use crate::gpu::layout::Instance;
-use crate::model::Part;
+use crate::model::TreeModel;
 use crate::render::{Camera, Renderer, Shot, Stand};
 
 use super::draw;
@@ -23,10 +23,11 @@ const VIEWS: [(f32, f32); 3] = [(0.0, 0.05), (FRAC_PI_2, 0.05), (FRAC_PI_4, FRAC
 ///
 /// # Errors
 /// Those of the renderer.
-pub fn preview(renderer: &mut Renderer, parts: &[Part]) -> Result<RgbImage> {
+pub fn preview(renderer: &mut Renderer, model: &TreeModel) -> Result<RgbImage> {
+    let parts = model.parts();
     let points: Vec<Vec3> = parts.iter().flat_map(|part| part.surface.mesh.positions.iter().copied()).collect();
     let target = Bounds::of(points.iter().copied()).map_or(Vec3::ZERO, |b| b.center());
-    let tree = renderer.upload(parts)?;
+    let tree = renderer.upload(&parts)?.growing(model.about.growth);
     let panels = VIEWS.iter().map(|&(azimuth_rad, elevation_rad)| {
         let distance_m = Camera::fitting_distance_m(&points, target, azimuth_rad, elevation_rad, 1.0);
         let shot = Shot::new(Camera::orbit(target, azimuth_rad, elevation_rad, distance_m), [SIDE_PX; 2]);
