@@ -77,7 +77,9 @@ fn fs_main(seen: Seen, @builtin(front_facing) front: bool) -> Drawn {
         discard;
     }
     var shown = color.rgb;
-    if frame.lit > 0.0 {
+    if frame.show_normals == 1u {
+        shown = 0.5 + 0.5 * normalize(select(-seen.normal, seen.normal, front));
+    } else if frame.lit > 0.0 {
         let n = normalize(seen.normal);
         shown = mix(shown, lit(shown, seen, select(-n, n, front)), frame.lit);
     }
