@@ -294,13 +294,10 @@ impl Turtle {
     /// Adds a bone, or prolongs the last one where the wood goes straight on (Truelsen §3.1.2: F increases the bone's length).
     fn wood(&mut self, start: DVec3, length: f64, growth: Growth) {
         let radius = (self.state.radius_m * self.params.radius_scale * growth.size) as f32;
-        if self.straight
-            && let Some(last) = self.skeleton.bones.last_mut()
-        {
-            if last.start_radius_m == radius && last.end_radius_m == radius {
-                last.length_m += length as f32;
-                return;
-            }
+        let prolongs = |last: &&mut Bone| last.start_radius_m == radius && last.end_radius_m == radius;
+        if let Some(last) = self.skeleton.bones.last_mut().filter(|_| self.straight).filter(prolongs) {
+            last.length_m += length as f32;
+            return;
         }
         let kind = if self.state.depth == 0 { BoneKind::Trunk } else { BoneKind::Branch };
         let start_radius_m = self.state.last_radius_m.unwrap_or(radius);
