@@ -25,7 +25,7 @@ sheets: ## contact sheets of every photograph and every preset into results/loca
 bench: ## the benchmarks, into results/<date>-<cores>-core-cpu
 	@scripts/bench
 
-fuzz: ## a minute of random pictures through decode, segment and model (FUZZ_SECONDS=n for longer)
+fuzz: ## a minute each of random pictures through decode, segment and model, and of damaged models through import (FUZZ_SECONDS=n for longer)
 	@scripts/fuzz
 
 lock: ## write the Python and npm lock files anew, with the newest versions

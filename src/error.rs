@@ -227,8 +227,8 @@ pub enum Error {
     },
     /// Nothing in the picture looks like leaves.
     #[error(
-        "no foliage found{within}: the dominant hue is {hue_deg:.0}° ({name}); if that is the crown's colour, give --hue LO..HI around it, \
-         or draw the crown and give --mask FILE"
+        "no foliage found{within}: the dominant hue is {hue_deg:.0}° ({name}); if that is the crown's colour, give --hue {}, or draw the \
+         crown and give --mask FILE", hues_around(*.hue_deg)
     )]
     NoFoliage {
         /// Where or in which range was looked, with a leading space; may be empty.
@@ -285,70 +285,59 @@ pub enum Error {
         /// What there is instead.
         found: String,
     },
+    /// What is wrong with one of several photographs of a tree.
+    #[error("view {view} of the tree: {cause}")]
+    InView {
+        /// Its place among the views, from 0.
+        view: usize,
+        /// What is wrong.
+        cause: Box<Error>,
+    },
     /// A crown mesh that cannot be textured.
     #[error("the texture needs a closed crown mesh around its centre, but has {found}; try --detail medium or another seed")]
     Untexturable {
         /// What there is instead.
         found: String,
     },
-    // ---- Grown trees: plant/{grammar, module, derive, turtle}.rs ----
-    /// Text that is no L-system, or an L-system that asks for the impossible.
-    #[error("line {line}, column {column}: expected {expected}, but found {found}; correct the L-system there")]
-    Grammar {
-        /// Line of the text, from 1.
-        line: u32,
-        /// Column of that line in characters, from 1.
-        column: u32,
-        /// What could stand there.
-        expected: String,
-        /// What stands there.
-        found: String,
+    // ---- The graphics device: gpu/, render/ ----
+    /// No adapter of the wanted kind.
+    #[error(
+        "there is no graphics adapter for --adapter {wanted} (found: {}); `sphereboard doctor` says what to install",
+        if found.is_empty() { "none".to_owned() } else { found.join(", ") }
+    )]
+    NoAdapter {
+        /// The choice as the command line spells it.
+        wanted: String,
+        /// The names of those that are there.
+        found: Vec<String>,
     },
-    /// A grammar that explodes, stopped before memory is taken.
-    #[error("derivation {step} would make {found} {what}, and {limit} are allowed; lower the age or raise --max-modules")]
-    TooManyModules {
-        /// The derivation that was refused, from 1.
-        step: u32,
-        /// Modules, or numbers in their parentheses.
-        what: &'static str,
-        /// How many there would be.
-        found: u64,
-        /// The limit in force.
-        limit: u64,
-    },
-    /// A chain that the turtle cannot follow.
-    #[error("module {} of the chain, {name}: expected {expected}, but found {found}; correct the rule that makes it", module + 1)]
-    Turtle {
-        /// Which module, from 0.
-        module: u64,
+    /// The driver refused or gave up.
+    #[error("the graphics adapter {adapter} failed: {what}; try --adapter software, a smaller picture, or `sphereboard doctor`")]
+    Device {
         /// Its name.
-        name: String,
-        /// What the turtle could follow.
-        expected: &'static str,
-        /// What it got.
-        found: String,
-    },
-    // ---- Grown trees: model/grown.rs ----
-    /// An L-system that draws nothing.
-    #[error("nothing grew: the L-system draws neither wood nor leaves at this age; raise --age, or check its rules and commands")]
-    NothingGrew,
-    /// A picture for bark or leaves that cannot be used.
-    #[error("expected a PNG, JPEG or WebP picture, but {} {what}; give another one", path.display())]
-    Picture {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it, to follow its name.
+        adapter: String,
+        /// The driver's words.
         what: String,
     },
-    /// Neither a preset nor a file.
+    /// No window, or none that can be drawn into.
+    #[error("a window cannot be opened: {what}; on a machine without a screen use `sphereboard render`, or xvfb-run")]
+    NoWindow {
+        /// What the window system said.
+        what: String,
+    },
+    /// A picture that the adapter cannot hold.
     #[error(
-        "expected a preset ({known}) or the file of an L-system, but found {found}; `sphereboard grow --list` describes the presets"
+        "a picture must have 1 to {limit} pixels a side on this adapter and at most {megapixels} megapixels, but {}×{} were asked for; \
+         choose another --size",
+        found[0], found[1]
     )]
-    UnknownSystem {
-        /// The presets.
-        known: String,
-        /// What was asked for.
-        found: String,
+    PictureSize {
+        /// Width and height asked for.
+        found: [u32; 2],
+        /// The adapter's longest side.
+        limit: u32,
+        /// The most pixels, in 2²⁰.
+        megapixels: u64,
     },
     // ---- Importing trees: model/import, model/reference ----
     /// A file that is no model.
@@ -391,6 +380,99 @@ pub enum Error {
         /// What there is.
         known: String,
     },
+    // ---- Grown trees: plant/{grammar, module, derive, turtle}.rs ----
+    /// Text that is no L-system, or an L-system that asks for the impossible.
+    #[error("line {line}, column {column}: expected {expected}, but found {found}; correct the L-system there")]
+    Grammar {
+        /// Line of the text, from 1.
+        line: u32,
+        /// Column of that line in characters, from 1.
+        column: u32,
+        /// What could stand there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A grammar that explodes, stopped before memory is taken.
+    #[error("derivation {step} would make {found} {what}, and {limit} are allowed; lower the age or raise --max-modules")]
+    TooManyModules {
+        /// The derivation that was refused, from 1.
+        step: u32,
+        /// Modules, or numbers in their parentheses.
+        what: &'static str,
+        /// How many there would be.
+        found: u64,
+        /// The limit in force.
+        limit: u64,
+    },
+    /// A chain that the turtle cannot follow.
+    #[error("module {} of the chain, {name}: expected {expected}, but found {found}; correct the rule that makes it", module + 1)]
+    Turtle {
+        /// Which module, from 0.
+        module: u64,
+        /// Its name.
+        name: String,
+        /// What the turtle could follow.
+        expected: &'static str,
+        /// What it got.
+        found: String,
+    },
+    // ---- Procedural multiresolution: plant/multires ----
+    /// A chain of modules that has no branches to sort.
+    #[error(
+        "expected a chain of modules with balanced brackets, but module {} {what}; correct the axiom or the rule that makes it", position + 1
+    )]
+    UnreadableChain {
+        /// The module, counted from 0.
+        position: usize,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// Bytes that are no beginning of a multichain's stream.
+    #[error("expected the byte stream of a multichain, but byte {offset} {what}; send it again from its source")]
+    BrokenStream {
+        /// Where, counted from 0.
+        offset: usize,
+        /// What is wrong there.
+        what: &'static str,
+    },
+    // ---- Growth of outlines ----
+    /// A picture too large for the buffers of growth.
+    #[error("outlines grow in pictures of up to {limit_px} pixels on this adapter, but {}×{} were asked for; choose another --size or --growth none", found[0], found[1])]
+    GrowthSize {
+        /// Width and height asked for.
+        found: [u32; 2],
+        /// How many pixels there may be.
+        limit_px: u64,
+    },
+    // ---- Grown trees: model/grown.rs ----
+    /// An L-system that draws nothing.
+    #[error("nothing grew: the L-system draws neither wood nor leaves at this age; raise --age, or check its rules and commands")]
+    NothingGrew,
+    /// A picture for bark or leaves that cannot be used.
+    #[error("expected a PNG, JPEG or WebP picture, but {} {what}; give another one", path.display())]
+    Picture {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, to follow its name.
+        what: String,
+    },
+    /// Neither a preset nor a file.
+    #[error(
+        "expected a preset ({known}) or the file of an L-system, but found {found}; `sphereboard grow --list` describes the presets"
+    )]
+    UnknownSystem {
+        /// The presets.
+        known: String,
+        /// What was asked for.
+        found: String,
+    },
+}
+
+/// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.
+fn hues_around(hue_deg: f64) -> String {
+    let middle = if hue_deg > 330.0 { hue_deg - 360.0 } else { hue_deg };
+    format!("{:.0}..{:.0}", middle - 30.0, middle + 30.0)
 }
 
 /// Something a user should know about a result that was produced all the same.

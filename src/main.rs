@@ -1,5 +1,12 @@
-//! The `sphereboard` program; everything it does is in the library.
+//! The `sphereboard` program: see [`sphereboard::cli`].
 
-fn main() -> std::process::ExitCode {
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    if cfg!(target_os = "linux") && std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // Mesa complains on standard error where this is unset, as in containers, though nothing is put there without a window.
+        // SAFETY: no other thread exists yet.
+        unsafe { std::env::set_var("XDG_RUNTIME_DIR", std::env::temp_dir()) };
+    }
     sphereboard::cli::run()
 }

@@ -157,7 +157,7 @@ fn photographs_without_a_crown_are_refused() {
     );
     let bricks =
         place.picture("bricks.png", 320, 240, |x, y| if (x / 16 + y / 8) % 2 == 0 { [150, 60, 40] } else { [170, 80, 60] });
-    place.refuses(&bricks, &["--method", "hsv"], 1, &["15°", "orange", "--hue"]);
+    place.refuses(&bricks, &["--method", "hsv"], 1, &["15°", "orange", "--hue -15..45"]);
     match sphereboard::files::shared_folder() {
         Some(shared) => place.refuses(&shared.join("photos/single/leafless_tree_negative.jpg"), &[], 1, &["leafless"]),
         None => eprintln!("SKIPPED: the leafless tree needs ../shared"),
@@ -192,7 +192,7 @@ fn mistakes_in_the_arguments_are_one_sentence() {
         ("--include", "-1,5", "X,Y, two whole numbers"),
         ("--exclude", "5", "X,Y, two whole numbers"),
         ("--rect", "-5,0,10,10", "X,Y,W,H, four whole numbers"),
-        ("--hue", "-12..30", "0 ≤ LO ≤ HI ≤ 360"),
+        ("--hue", "340..20", "reds across 0 are -20..20"),
         ("--hue", "green", "LO..HI, two angles in °"),
         ("--seed", "-1", "a whole number from 0 to 18446744073709551615"),
         ("--seed", "1.5", "a whole number from 0"),
@@ -235,6 +235,11 @@ fn of_several_views_the_one_at_fault_is_named() {
     let message = stderr(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.starts_with(&format!("{}: expected a JPEG", bad.display())), "{message}");
+    let sky = place.picture("sky.png", 320, 240, |_, y| [90 + (y / 4) as u8, 150, 230]);
+    let views = [format!("{OAK}@0"), format!("{}@90", sky.display())];
+    let output = sphereboard(["model", "--out", place.out().to_str().unwrap(), "--views", &views[0], &views[1]]);
+    let message = stderr(&output);
+    assert!(message.starts_with(&format!("{}: the picture shows nothing but sky", sky.display())), "{message}");
 }
 
 #[test]

@@ -18,7 +18,7 @@ ROUNDING_DEG = 1e-3
 
 @dataclass(frozen=True)
 class HsvParameters:
-    """What the hsv method was told: hues in degrees, radii in pixels."""
+    """What the hsv method was told: hues in degrees (reds begin below 0), radii in pixels."""
 
     hue_low_deg: float
     hue_high_deg: float
@@ -26,9 +26,10 @@ class HsvParameters:
     closing_px: int
 
     @property
-    def range_deg(self) -> tuple[float, float]:
-        """The range, widened by what floating point may err."""
-        return self.hue_low_deg - ROUNDING_DEG, self.hue_high_deg + ROUNDING_DEG
+    def ranges_deg(self) -> list[tuple[float, float]]:
+        """The range on every turn of the circle that has hues from 0 to 360, widened by what floating point may err."""
+        low, high = self.hue_low_deg - ROUNDING_DEG, self.hue_high_deg + ROUNDING_DEG
+        return [(low + turn, high + turn) for turn in (-360, 0, 360) if low + turn <= 360 and high + turn >= 0]
 
 
 def disc(radius_px: int) -> np.ndarray:
@@ -41,7 +42,7 @@ def opencv_crown(picture: Picture, parameters: HsvParameters) -> Mask:
     """Segment with OpenCV alone."""
     # Not scaled to 0..1: hue does not depend on it, and the epsilon in OpenCV's division would bend the hue of near-greys.
     hue = cv2.cvtColor(picture.astype(np.float32), cv2.COLOR_RGB2HSV)[..., 0]
-    mask = cv2.inRange(hue, *parameters.range_deg)
+    mask = np.bitwise_or.reduce([cv2.inRange(hue, *span) for span in parameters.ranges_deg])
     mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, disc(parameters.opening_px))
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, disc(parameters.closing_px))
     return opencv_filled(opencv_largest(mask))
@@ -68,8 +69,7 @@ def opencv_filled(mask: np.ndarray) -> Mask:
 def skimage_crown(picture: Picture, parameters: HsvParameters) -> Mask:
     """Segment with scikit-image alone; only the element's shape is OpenCV's."""
     hue = color.rgb2hsv(picture)[..., 0] * 360
-    low, high = parameters.range_deg
-    mask = (hue >= low) & (hue <= high)
+    mask = np.logical_or.reduce([(hue >= low) & (hue <= high) for low, high in parameters.ranges_deg])
     mask = morphology.opening(mask, disc(parameters.opening_px), mode="ignore")
     mask = morphology.closing(mask, disc(parameters.closing_px), mode="ignore")
     labels = measure.label(mask, connectivity=2)

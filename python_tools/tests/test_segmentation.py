@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sphereboard_tools import ours, rivals
-from sphereboard_tools.check_segmentation import SHE, agreement, markdown, summary
+from sphereboard_tools.check_segmentation import REDS, SHE, agreement, markdown, summary
 from sphereboard_tools.check_segmentation import run as check
 from sphereboard_tools.hsv import HsvParameters, opencv_crown, skimage_crown
 from sphereboard_tools.images import BadInputError, Mask, Picture, iou, photographs
@@ -39,7 +39,7 @@ def segmented(picture: Picture, crown: Mask | None) -> ours.Segmented:
 @pytest.mark.parametrize("seed", range(5))
 def test_opencv_and_skimage_agree_on_every_pixel(seed: int):
     picture = painted(seed)
-    for parameters in (SHE, HsvParameters(45, 170, 0, 1), HsvParameters(0, 360, 3, 0)):
+    for parameters in (SHE, REDS, HsvParameters(45, 170, 0, 1), HsvParameters(0, 360, 3, 0)):
         assert np.array_equal(opencv_crown(picture, parameters), skimage_crown(picture, parameters))
 
 
@@ -50,6 +50,15 @@ def test_both_ends_of_the_range_belong_to_it(method):
     for colour, inside in zip(colours, [True, True, False, False], strict=True):
         picture = np.full((20, 20, 3), colour, dtype=np.uint8)
         assert method(picture, SHE).all() == inside
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_range_below_zero_goes_on_below_360(method):
+    # Hues 0, 45, 330, 46 and 329.
+    colours = [[200, 0, 0], [200, 150, 0], [200, 0, 100], [180, 138, 0], [180, 0, 93]]
+    for colour, inside in zip(colours, [True, True, True, False, False], strict=True):
+        picture = np.full((20, 20, 3), colour, dtype=np.uint8)
+        assert method(picture, REDS).all() == inside
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -157,7 +166,7 @@ def test_the_whole_check_passes_and_fails(tmp_path: Path, monkeypatch: pytest.Mo
     assert check([photos], pretender(tmp_path, shift), tmp_path / "out", quick=True) is good
     said = capfd.readouterr()
     assert ("1 of 1 photographs agree" in said.out) is good
-    assert ("tree.png: the hsv masks differ" in said.err) is not good
+    assert ("the hsv masks differ" in said.err) is not good
 
 
 def test_a_missing_program_and_an_empty_folder_are_named(tmp_path: Path):

@@ -208,7 +208,7 @@ fn refuse_equal_stems(jobs: &[Job]) -> Result<()> {
     Ok(())
 }
 
-/// A progress bar with the time left.
+/// A bar that tells how far the work is and how long it still takes.
 pub fn progress_bar(length: u64) -> ProgressBar {
     let style =
         ProgressStyle::with_template("{bar:32} {percent:>3} %  {eta} left  {wide_msg}").expect("the template is a constant");

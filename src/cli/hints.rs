@@ -38,7 +38,7 @@ pub fn add(command: Command) -> Command {
         .arg(option(
             "hue",
             "LO..HI",
-            "Range of the foliage's hue in ° (0 red, 60 yellow, 120 green), low to high; She §3.1 uses 90..150",
+            "Range of the foliage's hue in ° (0 red, 60 yellow, 120 green), low to high, for reds across 0 as in -20..20; She §3.1 uses 90..150",
         ))
 }
 
@@ -142,7 +142,8 @@ mod tests {
     fn hue_ranges_are_read_and_reversed_ones_refused() {
         assert_eq!(hue_range("45..170").unwrap(), (45.0, 170.0));
         assert_eq!(hue_range("45.5..45.5").unwrap(), (45.5, 45.5));
-        for text in ["150..90", "90", "90..", "-5..20", "0..400", "NaN..20", "a..b", ""] {
+        assert_eq!(hue_range("-20..20").unwrap(), (-20.0, 20.0));
+        for text in ["150..90", "340..20", "90", "90..", "-200..20", "-90..300", "0..400", "NaN..20", "a..b", ""] {
             let message = hue_range(text).unwrap_err().to_string();
             assert!(message.contains("--hue must be LO..HI"), "{message}");
         }

@@ -3,14 +3,19 @@
 //! Exit codes: 0 all done, 1 at least one photograph failed (the others are written), 2 the arguments make no sense (nothing is written).
 
 mod batch;
+mod doctor;
 mod grow;
 mod hints;
 mod inspect;
+mod look;
 mod model;
 mod options;
+mod preview;
+mod render;
 mod say;
 mod segment;
 mod usage;
+mod view;
 
 use std::ffi::OsStr;
 use std::process::ExitCode;
@@ -35,8 +40,11 @@ pub fn run() -> ExitCode {
         }
     };
     let outcome = match matches.subcommand() {
+        Some(("doctor", m)) => doctor::run(m),
         Some(("model", m)) => model::run(m),
+        Some(("render", m)) => render::run(m),
         Some(("segment", m)) => segment::run(m),
+        Some(("view", m)) => view::run(m),
         Some(("grow", m)) => grow::run(m),
         Some(("inspect", m)) => inspect::run(m),
         _ => unreachable!("clap accepts only the subcommands of `command`"),
@@ -69,6 +77,9 @@ fn command() -> Command {
         .arg_required_else_help(true)
         .subcommand(model::command().after_help(ABOUT_SHE))
         .subcommand(segment::command().after_help(ABOUT_SHE))
+        .subcommand(render::command().after_help(ABOUT_SHE))
+        .subcommand(view::command())
+        .subcommand(doctor::command())
         .subcommand(grow::command())
         .subcommand(inspect::command())
 }

@@ -22,18 +22,13 @@ const LOBE_GAP_COST: f64 = 3.0;
 /// How deep in a lobe its centre lies, as a part of the deepest place: keeps it out of the bridges between lobes.
 const LOBE_DEPTH: f64 = 0.5;
 
-/// The regions to model, main part first: the whole outline when one star-shaped solid misses at most `lobe_split` of it, otherwise
-/// its lobes, if these do come nearer to the outline.
+/// The regions to model, main part first: the whole outline when one star-shaped solid is at most `lobe_split` from it (1 − IoU),
+/// otherwise its lobes. Area lost alone would not do: from between two discs one star reaches both and fills what parts them.
 pub(super) fn split(whole: &Region, params: &CrownParams) -> Vec<(Region, Star)> {
     let star = Star::fit(whole, best_center(whole, 1.0), 1.0);
-    let single = star.iou(whole);
-    let missed = 1.0 - single;
-    if missed > params.lobe_split && params.max_crowns > 1 {
+    if 1.0 - star.iou(whole) > params.lobe_split && params.max_crowns > 1 {
         let parts = lobes(whole, params);
-        let mut union = Mask::new(whole.mask.width(), whole.mask.height());
-        parts.iter().for_each(|(_, star)| star.fill(&mut union, whole));
-        // Several solids that cure less than a quarter of the fault are not worth their joints.
-        if parts.len() > 1 && whole.mask.iou(&union) > single + missed / 4.0 {
+        if parts.len() > 1 {
             return parts;
         }
     }

@@ -68,7 +68,7 @@ crate::params! {
         edfp_clump_size: f64 = 0.3, in 0.02..=5.0, unit "", source "ours: about the size of a bough's foliage";
         /// Largest fold along the diagonal of a quad; sharper pairs stay two triangles.
         quad_fold_deg: f64 = 50.0, in 0.0..=90.0, unit "°", source "ours: She §3.2 joins near-coplanar triangles, but names no angle";
-        /// Largest part of the outline's area that one crown may miss before it is split into lobes.
+        /// Largest fault of a single crown before it is split into lobes: 1 − IoU of its outline with the photograph's, area missed and area filled in alike.
         lobe_split: f64 = 0.05, in 0.0..=1.0, unit "", source "ours: She fig. 4b splits by hand; smaller faults hardly show";
         /// Smallest lobe, as a part of the outline's area.
         min_lobe: f64 = 0.03, in 0.001..=0.5, unit "", source "ours: anything smaller is a twig";

@@ -4,6 +4,7 @@
 
 pub mod glb;
 pub mod grown;
+mod growth;
 pub mod import;
 pub mod obj;
 mod part;
@@ -20,6 +21,7 @@ use crate::raster::Rect;
 use crate::{Error, Result};
 
 pub use crate::raster::Wrap;
+pub use growth::{Growth, GrowthProfile};
 pub use part::{Material, Part, bounds};
 pub use trunk::TrunkShape;
 

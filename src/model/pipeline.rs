@@ -111,28 +111,29 @@ impl Request<'_> {
     }
 }
 
-/// All stages from the files to the files, as progress and reports name them. [`run`] announces those between the first and the last:
-/// decoding comes before it and writing (encoding the model, drawing, storing) after it.
-pub const STAGES: [&str; 8] = [DECODE, "segment", "silhouette", "crown", "exemplar", "texture", "model", WRITE];
+/// All stages from the files to the files, as progress and reports name them. [`run`] announces those from "segment" to "model":
+/// decoding comes before it, the preview and writing (encoding the model, drawing, storing) after it.
+pub const STAGES: [&str; 9] = [DECODE, "segment", "silhouette", "crown", "exemplar", "texture", "model", PREVIEW, WRITE];
 /// The stage before [`run`].
 pub const DECODE: &str = "decode";
 /// The stage after [`run`].
+pub const PREVIEW: &str = "preview";
+/// The last stage.
 pub const WRITE: &str = "write";
 
 /// Runs every stage. `step` is called with each stage's name when it is done.
 ///
 /// # Errors
-/// Those of the stages; nothing is written here.
+/// Those of the stages, in [`Error::InView`] where they are a single photograph's; nothing is written here.
 pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
     let Request { views, params, seed, .. } = *request;
     let mut clock = Clock { stage_began: Instant::now(), stages_ms: Vec::new(), step };
 
-    let segmentations: Vec<Segmentation> =
-        views.iter().map(|view| segment(&view.photo, &params.segment, &view.hints)).collect::<Result<_>>()?;
+    let segmentations: Vec<Segmentation> = of_each(views, |view| segment(&view.photo, &params.segment, &view.hints))?;
     clock.done("segment");
 
     let products: Vec<ViewProducts> =
-        views.iter().zip(segmentations).map(|(view, masks)| ViewProducts::of(&view.photo, masks, params)).collect::<Result<_>>()?;
+        of_each(views.iter().zip(segmentations), |(view, masks)| ViewProducts::of(&view.photo, masks, params))?;
     let outlines: Vec<Outline> =
         products.iter().zip(views).map(|(product, view)| product.outline(request.azimuth_rad(view))).collect();
     clock.done("silhouette");
@@ -183,6 +184,12 @@ pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
         stages_ms: clock.stages_ms,
         warnings,
     })
+}
+
+/// What `work` makes of each view, or what is wrong with the first that fails.
+fn of_each<V, T>(views: impl IntoIterator<Item = V>, work: impl Fn(V) -> Result<T>) -> Result<Vec<T>> {
+    let in_view = |(view, it)| work(it).map_err(|cause| Error::InView { view, cause: Box::new(cause) });
+    views.into_iter().enumerate().map(in_view).collect()
 }
 
 /// Times the stages and announces them.

@@ -12,6 +12,7 @@ pub mod grammar;
 mod growth;
 pub mod mesh;
 pub mod module;
+pub mod multires;
 mod neighbours;
 pub mod presets;
 pub mod skeleton;

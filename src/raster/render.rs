@@ -83,7 +83,7 @@ pub struct Material<'a> {
 }
 
 /// How a texture goes on outside 0..1, in both directions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wrap {
     /// The last texel goes on.
     Clamp,

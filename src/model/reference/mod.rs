@@ -126,12 +126,14 @@ impl ReferenceTree {
         } else if size.y < LOWEST_M {
             say("units", format!("the tree is {:.3} m high, less than any tree; its file may not be in metres", size.y));
         }
-        if size.z > 2.0 * size.y && size.z > 1.5 * size.x && low.z.abs() < ASTRAY * size.z {
+        if low.y < -0.25 * size.y && low.z.abs() < ASTRAY * size.z {
             say(
                 "lies",
                 "the tree seems to lie on its back: glTF has +Y up, and the file may have been written with +Z up".to_owned(),
             );
-        } else if low.y.abs() > ASTRAY * size.y {
+            return;
+        }
+        if low.y.abs() > ASTRAY * size.y {
             let side = if low.y > 0.0 { "above" } else { "below" };
             say("foot", format!("the tree's lowest point lies {:.2} m {side} the ground at y = 0", low.y.abs()));
         }
@@ -146,5 +148,5 @@ fn foot_aside(wood: &[Part]) -> Option<f32> {
     let all = bounds(wood)?;
     let positions = wood.iter().flat_map(|part| &part.surface.mesh.positions);
     let foot = Bounds::of(positions.copied().filter(|p| p.y <= all.min.y + ASTRAY * all.size().y))?;
-    Some(foot.center().truncate().x.hypot(foot.center().z))
+    Some(foot.center().x.hypot(foot.center().z))
 }

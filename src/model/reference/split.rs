@@ -1,11 +1,15 @@
 //! Wood from foliage. What a person says comes first; then what is cut out by alpha is foliage; where nothing is, many small flat pieces
 //! are; and where there are none, what is called so.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
+use image::RgbaImage;
 
 use super::connect::Components;
-use crate::geom::{PolyMesh, Surface};
-use crate::model::{Material, Part, Wrap};
+use crate::geom::{Bounds, PolyMesh, Surface};
+use crate::model::{Material, Part, Wrap, bounds};
 use crate::{Error, Result};
 
 /// What a person says about the materials of a tree, by their names; capitals do not matter.
@@ -62,32 +66,32 @@ const LEAF_WORDS: [&str; 9] = ["leaf", "leaves", "foliage", "needle", "frond", "
 /// Parts with their roles; a part that is both becomes two.
 pub fn split(parts: Vec<Part>, asked: &Asked) -> Result<Vec<(Part, Role, By)>> {
     check_names(&parts, asked)?;
-    let height = super::super::bounds(&parts).map_or(0.0, |bounds| bounds.size().max_element());
+    let height = bounds(&parts).map_or(0.0, |bounds| bounds.size().max_element());
     let said = |part: &Part| {
         let names = |list: &[String]| list.iter().any(|name| name.to_lowercase() == part.material.name.to_lowercase());
         if names(&asked.leaves) { Some(Role::Foliage) } else { names(&asked.wood).then_some(Role::Wood) }
     };
-    let free = || parts.iter().filter(|part| said(part).is_none());
     let modelled = parts.iter().any(|part| part.crown_center.is_some());
-    let any_cut = free().any(|part| is_cut_out(&part.material));
+    let cut: Vec<bool> = cut_out(&parts);
+    let any_cut = parts.iter().zip(&cut).any(|(part, cut)| *cut && said(part).is_none());
     let mut done = Vec::with_capacity(parts.len());
-    // What is asked to be foliage does not make the rest wood unless the rest would be told by less than alpha.
+    // Who names the leaves has named them all, as far as alpha does not say otherwise.
     let foliage_is_said = !asked.leaves.is_empty();
-    for part in parts {
+    for (part, cut) in parts.into_iter().zip(cut) {
         if let Some(role) = said(&part) {
             done.push((part, role, By::Asked));
         } else if modelled {
             let role = if part.crown_center.is_some() { Role::Foliage } else { Role::Wood };
             done.push((part, role, By::Model));
-        } else if is_cut_out(&part.material) {
-            let leafy = |piece: &[u32]| piece.len() <= OPAQUE_LEAF_TRIANGLES || shows_gaps(&part, piece);
-            let pieces = divided(&part, &leafy, 1);
+        } else if cut {
+            let leafy = |part: &Part, piece: &[u32]| piece.len() <= OPAQUE_LEAF_TRIANGLES || shows_gaps(part, piece);
+            let pieces = divided(part, leafy, 1);
             done.extend(pieces.into_iter().map(|(part, role)| (part, role, By::Alpha)));
         } else if any_cut || foliage_is_said {
             done.push((part, Role::Wood, if any_cut { By::Alpha } else { By::Asked }));
         } else {
-            let leafy = |piece: &[u32]| is_leaf_like(&part.surface.mesh, piece, LARGEST_LEAF * height);
-            let pieces = divided(&part, &leafy, FEWEST_LEAVES);
+            let leafy = |part: &Part, piece: &[u32]| is_leaf_like(&part.surface.mesh, piece, LARGEST_LEAF * height);
+            let pieces = divided(part, leafy, FEWEST_LEAVES);
             done.extend(pieces.into_iter().map(|(part, role)| (part, role, By::Connectivity)));
         }
     }
@@ -127,15 +131,17 @@ fn check_names(parts: &[Part], asked: &Asked) -> Result<()> {
     Ok(())
 }
 
-/// Whether the material leaves anything out.
-fn is_cut_out(material: &Material) -> bool {
-    let Some(cutoff) = material.alpha_cutoff else { return false };
-    let opacity = material.factor[3];
-    match &material.texture {
-        Some(texture) => texture.pixels().any(|p| opacity * f32::from(p[3]) / 255.0 < cutoff),
+/// Whether each part's material leaves anything out. A texture is looked through once, however many parts share it.
+fn cut_out(parts: &[Part]) -> Vec<bool> {
+    let mut least: BTreeMap<*const RgbaImage, u8> = BTreeMap::new();
+    let mut cut_out = |material: &Material| {
+        let Some(cutoff) = material.alpha_cutoff else { return false };
         // Without its texture a leaf is still a leaf.
-        None => true,
-    }
+        let Some(texture) = &material.texture else { return true };
+        let least = least.entry(Arc::as_ptr(texture)).or_insert_with(|| texture.pixels().map(|p| p[3]).min().unwrap_or(255));
+        material.factor[3] * f32::from(*least) / 255.0 < cutoff
+    };
+    parts.iter().map(|part| cut_out(&part.material)).collect()
 }
 
 /// Whether the texture has gaps where the piece lies on it.
@@ -177,7 +183,7 @@ fn is_leaf_like(mesh: &PolyMesh, piece: &[u32], largest: f32) -> bool {
     if piece.len() > LEAF_TRIANGLES {
         return false;
     }
-    let bounds = crate::geom::Bounds::of(piece.iter().flat_map(corners));
+    let bounds = Bounds::of(piece.iter().flat_map(corners));
     if bounds.is_none_or(|bounds| bounds.size().max_element() > largest) {
         return false;
     }
@@ -199,26 +205,26 @@ fn along_one_line(facing: &[Vec3]) -> f32 {
 }
 
 /// The part divided by what its pieces are, wood first; whole when all are alike or fewer than `fewest` are leafy.
-fn divided(part: &Part, leafy: &dyn Fn(&[u32]) -> bool, fewest: usize) -> Vec<(Part, Role)> {
+fn divided(part: Part, leafy: impl Fn(&Part, &[u32]) -> bool, fewest: usize) -> Vec<(Part, Role)> {
     let components = Components::of(&part.surface.mesh);
     let mut is_leaf = vec![false; part.surface.mesh.polygon_count()];
     let mut leaves = 0;
     for component in 0..components.len() {
         let piece = components.polygons(component);
-        if leafy(piece) {
+        if leafy(&part, piece) {
             leaves += 1;
             piece.iter().for_each(|&polygon| is_leaf[polygon as usize] = true);
         }
     }
     if leaves < fewest {
-        return vec![(part.clone(), Role::Wood)];
+        return vec![(part, Role::Wood)];
     }
     if !is_leaf.contains(&false) {
-        return vec![(part.clone(), Role::Foliage)];
+        return vec![(part, Role::Foliage)];
     }
     let of = |role: Role| {
         let surface = extracted(&part.surface, |polygon| is_leaf[polygon] == (role == Role::Foliage));
-        (Part { surface, ..part.clone() }, role)
+        (Part { name: part.name.clone(), surface, material: part.material.clone(), crown_center: None }, role)
     };
     vec![of(Role::Wood), of(Role::Foliage)]
 }

@@ -58,9 +58,9 @@ fn seeds(small: &Small, hints: &Hints, opaque: Option<&Mask>, (width, height): (
 /// Lets hints speak in the log-odds.
 fn apply(small: &Small, hints: &Hints, seeds: &[i8], logits: &mut [f32]) {
     for (i, logit) in logits.iter_mut().enumerate() {
-        if let Some((low, high)) = hints.hue_deg {
+        if let Some(range) = hints.hue_deg {
             let hue = hsv::hue_deg(small.rgb[i].map(|v| v as u8));
-            *logit += if low <= hue && hue <= high { 1.5 } else { -1.5 };
+            *logit += if hsv::in_range(hue, range) { 1.5 } else { -1.5 };
         }
         if seeds[i] != 0 {
             *logit = CERTAIN * f32::from(seeds[i]);

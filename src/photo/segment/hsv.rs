@@ -51,10 +51,15 @@ pub fn chosen(closed: &Bits, include: &[(u32, u32)], exclude: &[(u32, u32)], fin
     Ok(crown)
 }
 
-/// The pixels whose hue lies in the range, both ends included.
+/// Whether a hue lies in the range, both ends included. Hues are angles: -20..20 holds 350.
+pub fn in_range(hue_deg: f64, (low, high): (f64, f64)) -> bool {
+    (hue_deg - low).rem_euclid(360.0) <= high - low
+}
+
+/// The pixels whose hue lies in the range: [`in_range`] of each, without a division.
 fn in_hue_range(image: &RgbImage, (low, high): (f64, f64)) -> Bits {
     let (width, raw) = (image.width() as usize, image.as_raw());
-    let (low, high) = (low as f32, high as f32);
+    let (low, span) = (low.rem_euclid(360.0) as f32, (high - low) as f32);
     Bits::from_rows(width, image.height() as usize, |y, row| {
         let pixels = &raw[3 * y * width..3 * (y + 1) * width];
         for (word, pixels) in row.iter_mut().zip(pixels.chunks(3 * 64)) {
@@ -63,7 +68,9 @@ fn in_hue_range(image: &RgbImage, (low, high): (f64, f64)) -> Bits {
                 let (scaled, chroma) = scaled_hue([p[0], p[1], p[2]]);
                 // A grey has hue 0 by OpenCV's convention, and 0 ≤ 0 must not let every range take it.
                 let chroma = if chroma == 0.0 { 1.0 } else { chroma };
-                *flag = u8::from((scaled >= low * chroma) & (scaled <= high * chroma));
+                let above = scaled - low * chroma;
+                let above = if above < 0.0 { above + 360.0 * chroma } else { above };
+                *flag = u8::from(above <= span * chroma);
             }
             *word = inside.iter().enumerate().fold(0, |w, (i, &v)| w | u64::from(v) << i);
         }
@@ -139,5 +146,23 @@ mod tests {
         let image = RgbImage::from_fn(5, 1, |x, _| image::Rgb(colours[x as usize]));
         let inside = in_hue_range(&image, HUE_OF_SHE_DEG).to_mask();
         assert_eq!(inside.as_raw(), [255, 255, 0, 0, 0]);
+    }
+
+    #[test]
+    fn a_range_across_red_holds_both_its_sides() {
+        // Hues 0, 20, 340, 21, 339 and 180.
+        let colours = [[90, 0, 0], [60, 20, 0], [60, 0, 20], [60, 21, 0], [60, 0, 21], [0, 60, 60]];
+        let image = RgbImage::from_fn(6, 1, |x, _| image::Rgb(colours[x as usize]));
+        for (range, expected) in [
+            ((-20.0, 20.0), [255, 255, 255, 0, 0, 0]),
+            ((340.0, 360.0), [255, 0, 255, 0, 0, 0]),
+            ((-180.0, -180.0), [0, 0, 0, 0, 0, 255]),
+            ((0.0, 360.0), [255; 6]),
+        ] {
+            assert_eq!(in_hue_range(&image, range).to_mask().as_raw(), &expected, "{range:?}");
+            for (colour, flag) in colours.iter().zip(expected) {
+                assert_eq!(in_range(hue_deg(*colour), range), flag == 255, "{colour:?} in {range:?}");
+            }
+        }
     }
 }

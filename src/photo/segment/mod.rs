@@ -60,21 +60,20 @@ pub struct Hints {
     pub exclude: Vec<(u32, u32)>,
     /// The crown, drawn by hand: segmentation only finds trunk and gaps.
     pub mask: Option<Mask>,
-    /// Hue range in degrees, low ≤ high, overriding the method's own.
+    /// Hue range in degrees, low ≤ high, overriding the method's own; reds lie on both sides of 0, so that low may be negative.
     pub hue_deg: Option<(f64, f64)>,
 }
 
 /// Checks a hue range in degrees.
 ///
 /// # Errors
-/// [`Error::Hint`] unless 0 ≤ low ≤ high ≤ 360.
+/// [`Error::Hint`] unless -180 ≤ low ≤ high ≤ 360 and the range is no more than the whole circle.
 pub fn check_hue((low, high): (f64, f64)) -> Result<()> {
-    if 0.0 <= low && low <= high && high <= 360.0 {
+    if -180.0 <= low && low <= high && high <= 360.0 && high - low <= 360.0 {
         return Ok(());
     }
-    Err(Error::Hint {
-        flag: "--hue", expected: "LO..HI with 0 ≤ LO ≤ HI ≤ 360 degrees".into(), found: format!("{low}..{high}")
-    })
+    let expected = "LO..HI with -180 ≤ LO ≤ HI ≤ 360 degrees, at most 360 apart (reds across 0 are -20..20)";
+    Err(Error::Hint { flag: "--hue", expected: expected.into(), found: format!("{low}..{high}") })
 }
 
 impl Hints {

@@ -3,7 +3,7 @@
 use image::RgbImage;
 use rayon::prelude::*;
 
-use crate::raster::Mask;
+use crate::raster::{Mask, decoded};
 
 /// Long side of the reduced photograph, pixels: leaves are texture, boughs are shapes.
 const LONG_SIDE_PX: u32 = 256;
@@ -115,10 +115,7 @@ impl Small {
 
 /// 8-bit sRGB to CIE L*a*b*.
 pub fn lab(rgb: [f32; 3]) -> [f32; 3] {
-    let [r, g, b] = rgb.map(|v| {
-        let v = v / 255.0;
-        if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-    });
+    let [r, g, b] = rgb.map(|v| decoded(v / 255.0));
     let f = |t: f32| if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
     let x = f((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505);
     let y = f(0.2126 * r + 0.7152 * g + 0.0722 * b);

@@ -69,9 +69,10 @@ fn the_papers_method_takes_green_and_says_what_else_it_saw() {
     let found = hsv(&painted([40, 120, 50]), &Hints::default()).expect("a crown");
     assert!(found.crown.iou(&truth()) > 0.95);
     let said = message(hsv(&painted([170, 50, 40]), &Hints::default()));
-    assert!(said.contains("red") && said.contains("--hue LO..HI"), "{said}");
-    let red = Hints { hue_deg: Some((0.0, 40.0)), ..Hints::default() };
-    assert!(hsv(&painted([170, 60, 40]), &red).expect("a crown").crown.iou(&truth()) > 0.9);
+    assert!(said.contains("red") && said.contains("--hue -25..35"), "{said}");
+    let red = Hints { hue_deg: Some((-25.0, 35.0)), ..Hints::default() };
+    assert!(hsv(&painted([170, 50, 40]), &red).expect("a crown").crown.iou(&truth()) > 0.9);
+    assert!(hsv(&painted([170, 40, 60]), &red).expect("a crown").crown.iou(&truth()) > 0.9, "reds below 0° too");
 }
 
 #[test]
@@ -153,6 +154,40 @@ fn a_thin_trunk_is_found_with_its_width_and_foot() {
 }
 
 #[test]
+fn a_trunk_lit_from_one_side_is_found_whole() {
+    let mut photo = painted([60, 120, 40]);
+    for (x, _, p) in photo.image.enumerate_pixels_mut().filter(|(x, y, _)| (82..98).contains(x) && (140..205).contains(y)) {
+        *p = if x < 90 { Rgb([55, 42, 35]) } else { Rgb([135, 110, 90]) };
+    }
+    let found = auto(&photo, &Hints::default()).expect("a crown");
+    let cues = crate::photo::trunk::find(&photo.image, &found.crown, &found.tree).expect("a trunk");
+    // Not its bright or its dark half, eight pixels wide.
+    assert!((11.0..=18.0).contains(&cues.width_px) && (cues.foot_px.x - 90.0).abs() <= 2.0, "{cues:?}");
+}
+
+#[test]
+fn a_crown_that_fills_the_frame_shows_the_sky_only_through_its_gaps() {
+    let in_gap = |x: u32, y: u32| x % 30 < 6 && y % 30 < 8;
+    let gaps_of = |leaf: [u8; 3], sky: [u8; 3]| {
+        let image = RgbImage::from_fn(180, 240, |x, y| {
+            let shade = (7 * x + 13 * y + x * y) % 40;
+            let colour = if y >= 200 { [120, 100, 70] } else { leaf };
+            Rgb(if y < 200 && in_gap(x, y) { sky } else { colour.map(|v| v - shade as u8) })
+        });
+        let mask = Mask::from_fn(180, 240, |_, y| y < 200);
+        let found = auto(&Photo { image, opaque: None }, &Hints { mask: Some(mask), ..Hints::default() }).expect("a crown");
+        found.gaps
+    };
+    let truth = Mask::from_fn(180, 240, |x, y| y < 200 && in_gap(x, y));
+    for sky in [[120, 170, 230], [250, 250, 250]] {
+        let found = gaps_of([70, 120, 50], sky);
+        assert!(found.iou(&truth) > 0.8, "{sky:?}: {:.2}", found.iou(&truth));
+    }
+    // The grey-green of a blue spruce is no sky, nor is bark between its twigs.
+    assert_eq!(gaps_of([140, 165, 160], [90, 80, 70]).count(), 0);
+}
+
+#[test]
 fn a_cut_outs_background_is_never_crown() {
     let half = Mask::from_fn(180, 240, |x, y| x < 90 && y < 200);
     let found = auto(&Photo { opaque: Some(half.clone()), ..painted([60, 120, 40]) }, &Hints::default()).expect("a crown");
@@ -164,7 +199,7 @@ fn contradictions_are_refused_with_what_to_do() {
     let photo = painted([60, 120, 40]);
     let none = Hints::default;
     for (hints, words) in [
-        (Hints { hue_deg: Some((150.0, 90.0)), ..none() }, "--hue must be LO..HI with 0 ≤ LO ≤ HI ≤ 360 degrees, but is 150..90"),
+        (Hints { hue_deg: Some((150.0, 90.0)), ..none() }, "--hue must be LO..HI with -180 ≤ LO ≤ HI ≤ 360 degrees"),
         (Hints { hue_deg: Some((f64::NAN, 90.0)), ..none() }, "--hue must be"),
         (Hints { include: vec![(180, 3)], ..none() }, "--include must be inside the picture of 180×240 pixels, but is 180,3"),
         (Hints { exclude: vec![(0, 240)], ..none() }, "--exclude must be inside"),
@@ -224,7 +259,7 @@ proptest! {
         rect in proptest::option::of((0u32..100, 0u32..100, 0u32..100, 0u32..100)),
         include in proptest::collection::vec((0u32..90, 0u32..90), 0..3),
         exclude in proptest::collection::vec((0u32..90, 0u32..90), 0..3),
-        hue in proptest::option::of((-10.0..370.0, 0.0..370.0)),
+        hue in proptest::option::of((-190.0..370.0, -190.0..370.0)),
         (masked, cut_out) in (any::<bool>(), any::<bool>()),
         (opening_px, closing_px) in (0u32..=200, 0u32..=200),
     ) {

@@ -1,0 +1,29 @@
+// What every pass knows of the frame; mirrors gpu::layout::Frame.
+struct Frame {
+    clip_from_world: mat4x4f,
+    world_from_clip: mat4x4f,
+    sun_clip_from_world: mat4x4f,
+    eye: vec3f,
+    time_s: f32,
+    toward_sun: vec3f,
+    lit: f32,
+    sun_color: vec3f,
+    shadow_texel_m: f32,
+    sky_color: vec3f,
+    ground_m: f32,
+    ground_color: vec3f,
+    background: u32,
+    size_px: vec2f,
+    px_per_m: vec2f,
+    lean: vec2f,
+    flutter_m: f32,
+    sun_depth_m: f32,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+
+// A point of the picture at a depth, in world space.
+fn unproject(ndc: vec2f, depth: f32) -> vec3f {
+    let p = frame.world_from_clip * vec4f(ndc, depth, 1.0);
+    return p.xyz / p.w;
+}

@@ -1,0 +1,131 @@
+//! `sphereboard render`: a model to a picture, a depth picture, or a turntable.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Arg, ArgMatches, Command, value_parser};
+use glam::Vec3;
+use image::RgbaImage;
+use indicatif::ProgressBar;
+
+use crate::gpu::layout::Instance;
+use crate::model::{Part, import};
+use crate::raster::{exr_depth, gif, png, webp};
+use crate::render::{Picture, Renderer, Stand, Tree};
+use crate::{Error, Result, files};
+
+use super::look::{self, Look, Orbit};
+use super::{Outcome, batch, options, say};
+
+/// The command's arguments.
+pub fn command() -> Command {
+    let file = |name: &'static str| Arg::new(name).long(name).value_name("FILE").value_parser(value_parser!(PathBuf));
+    let command = Command::new("render")
+        .about("Draw a model: a picture, its depth, or a turntable")
+        .arg(
+            Arg::new("model")
+                .value_name("MODEL")
+                .required(true)
+                .value_parser(value_parser!(PathBuf))
+                .help("A model: GLB, glTF or OBJ, of ours or of any other program"),
+        )
+        .arg(file("out").required_unless_present("turntable").help("The picture, PNG"))
+        .arg(file("depth").requires("out").help("Also write the distance from the viewer's plane: OpenEXR, channel Z, metres"))
+        .arg(file("turntable").help("A full turn round the tree: *.gif, *.webp, or a folder for frames as PNG"))
+        .arg(
+            Arg::new("frames")
+                .long("frames")
+                .value_name("N")
+                .allow_negative_numbers(true)
+                .default_value("75")
+                .help("Pictures of the turntable, 2 to 3600; it shows 25 a second"),
+        );
+    look::add(command)
+}
+
+/// Runs it.
+pub fn run(matches: &ArgMatches) -> Outcome {
+    let look = Look::read(matches)?;
+    let frames = options::whole(matches, "frames", 2..=3600)?.expect("clap gives the default");
+    let path = |name: &str| matches.get_one::<PathBuf>(name).cloned();
+    let model = path("model").expect("clap requires it");
+    let (out, depth, turntable) = (path("out"), path("depth"), path("turntable"));
+    let outputs = [&out, &depth, &turntable].into_iter().flatten().map(PathBuf::as_path);
+    files::refuse_overwriting(outputs, std::slice::from_ref(&model))?;
+
+    let parts = read_parts(&model)?;
+    let points: Vec<Vec3> = parts.iter().flat_map(|part| part.surface.mesh.positions.iter().copied()).collect();
+    let mut renderer = look.renderer()?;
+    let tree = renderer.upload(&parts)?;
+    let orbit = look.orbit(&points, turntable.is_some());
+    let mut scene = Scene { look: &look, orbit, tree: &tree, renderer: &mut renderer };
+    if let Some(out) = out {
+        let picture = scene.picture(0.0)?;
+        let mut made = vec![(out, png(&picture.color)?)];
+        if let Some(depth) = depth {
+            made.push((depth, exr_depth(look.size_px, &picture.depth_m)?));
+        }
+        files::write_all(&made)?;
+        made.iter().for_each(|(path, _)| _ = say::out(&path.display().to_string()));
+    }
+    if let Some(target) = turntable {
+        scene.turntable(&target, frames)?;
+        say::out(&target.display().to_string());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The model's parts; what was read otherwise than the file says is told.
+pub fn read_parts(path: &Path) -> Result<Vec<Part>> {
+    let imported = import::open(path)?;
+    imported.warnings.iter().for_each(|warning| say::err(&format!("{}: warning: {}", path.display(), warning.message)));
+    Ok(imported.parts)
+}
+
+/// One tree on its own, and how it is looked at.
+struct Scene<'a> {
+    look: &'a Look,
+    orbit: Orbit,
+    tree: &'a Tree,
+    renderer: &'a mut Renderer,
+}
+
+impl Scene<'_> {
+    fn picture(&mut self, turn_rad: f32) -> Result<Picture> {
+        let shot = self.look.shot(self.orbit.camera(turn_rad));
+        self.renderer.picture(&shot, &[Stand { tree: self.tree, instances: &[Instance::IDENTITY] }])
+    }
+
+    /// A full turn, as one file or as a folder of frames.
+    fn turntable(&mut self, target: &Path, frames: u32) -> Result<()> {
+        let bar = batch::progress_bar(u64::from(frames));
+        let kind = target.extension().and_then(|e| e.to_str()).map(str::to_lowercase);
+        let pictures = self.turn(frames, &bar);
+        let bytes = match kind.as_deref() {
+            Some("gif") => gif(pictures.collect::<Result<_>>()?)?,
+            Some("webp") => webp(&pictures.collect::<Result<Vec<_>>>()?)?,
+            Some(other) => {
+                let expected = "a file *.gif or *.webp, or a folder".to_owned();
+                return Err(Error::Hint { flag: "--turntable", expected, found: format!("*.{other}") });
+            }
+            None => {
+                let _folder = files::ready_folder(target)?;
+                for (number, picture) in pictures.enumerate() {
+                    files::write_whole(&target.join(format!("{number:04}.png")), &png(&picture?)?)?;
+                }
+                return Ok(());
+            }
+        };
+        bar.finish_and_clear();
+        files::write_whole(target, &bytes)
+    }
+
+    /// The frames of a full turn.
+    fn turn(&mut self, frames: u32, bar: &ProgressBar) -> impl Iterator<Item = Result<RgbaImage>> {
+        (0..frames).map(move |frame| {
+            let picture = self.picture(std::f32::consts::TAU * frame as f32 / frames as f32)?;
+            bar.inc(1);
+            Ok(picture.color)
+        })
+    }
+}

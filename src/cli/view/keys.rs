@@ -1,0 +1,113 @@
+//! The keys of the window: one table drives handling, the text on the screen and the command's help.
+
+use winit::keyboard::{Key, NamedKey};
+
+use crate::render::Stage;
+
+/// What a key does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Action {
+    /// How far the picture is taken.
+    Stage(Stage),
+    /// The next backdrop.
+    Background,
+    /// Turns the sun round the tree, °.
+    TurnSun(f32),
+    /// Lifts the sun, °.
+    LiftSun(f32),
+    /// Turns the viewer round the tree or himself, °.
+    Turn(f32),
+    /// Lifts the viewer or his look, °.
+    Lift(f32),
+    /// Goes nearer (below 1) or farther, as a factor of the distance; walking, forward or back.
+    Approach(f32),
+    /// Walking, to the right by metres; in orbit, turns.
+    Sidestep(f32),
+    /// Between orbit and walking.
+    Walk,
+    /// Back to where it began.
+    Home,
+    /// Saves the picture.
+    Screenshot,
+    /// Shows or hides the text.
+    Help,
+    /// Closes the window.
+    Quit,
+}
+
+/// A key, its name for people, what it does, and that in words.
+pub struct Binding {
+    /// As winit tells it, in lower case where it is a character.
+    pub key: Key<&'static str>,
+    /// What stands on it.
+    pub name: &'static str,
+    /// What it does.
+    pub action: Action,
+    /// In words; empty where the row above says it for both.
+    pub words: &'static str,
+}
+
+const fn row(key: Key<&'static str>, name: &'static str, action: Action, words: &'static str) -> Binding {
+    Binding { key, name, action, words }
+}
+
+/// All keys.
+pub const KEYS: &[Binding] = &[
+    row(Key::Character("1"), "1", Action::Stage(Stage::Unshaped), "surfaces as they are (She fig. 15b)"),
+    row(Key::Character("2"), "2", Action::Stage(Stage::Reshaped), "grown outlines (fig. 15c)"),
+    row(Key::Character("3"), "3", Action::Stage(Stage::Antialiased), "smoothed edges (fig. 15d)"),
+    row(Key::Character("4"), "4", Action::Stage(Stage::Lit), "light (fig. 15e)"),
+    row(Key::Named(NamedKey::ArrowLeft), "arrows", Action::Turn(-5.0), "turn and lift the view (or drag)"),
+    row(Key::Named(NamedKey::ArrowRight), "", Action::Turn(5.0), ""),
+    row(Key::Named(NamedKey::ArrowUp), "", Action::Lift(5.0), ""),
+    row(Key::Named(NamedKey::ArrowDown), "", Action::Lift(-5.0), ""),
+    row(Key::Character("w"), "w s a d", Action::Approach(0.9), "nearer, farther, left, right (or wheel)"),
+    row(Key::Character("s"), "", Action::Approach(1.0 / 0.9), ""),
+    row(Key::Character("a"), "", Action::Sidestep(-1.0), ""),
+    row(Key::Character("d"), "", Action::Sidestep(1.0), ""),
+    row(Key::Named(NamedKey::Tab), "tab", Action::Walk, "orbit or walk"),
+    row(Key::Named(NamedKey::Home), "home", Action::Home, "back to the first view"),
+    row(Key::Character("["), "[ ]", Action::TurnSun(-10.0), "turn the sun"),
+    row(Key::Character("]"), "", Action::TurnSun(10.0), ""),
+    row(Key::Character("-"), "- +", Action::LiftSun(-5.0), "lower or raise the sun"),
+    row(Key::Character("+"), "", Action::LiftSun(5.0), ""),
+    row(Key::Character("="), "", Action::LiftSun(5.0), ""),
+    row(Key::Character("b"), "b", Action::Background, "next backdrop"),
+    row(Key::Character("p"), "p", Action::Screenshot, "save the picture"),
+    row(Key::Character("h"), "h", Action::Help, "show or hide this text"),
+    row(Key::Named(NamedKey::Escape), "esc", Action::Quit, "close"),
+];
+
+/// What that key does, if anything.
+pub fn action_of(key: &Key) -> Option<Action> {
+    let same = |binding: &&Binding| match (&binding.key, key) {
+        (Key::Character(ours), Key::Character(pressed)) => pressed.to_lowercase() == *ours,
+        (Key::Named(ours), Key::Named(pressed)) => ours == pressed,
+        _ => false,
+    };
+    KEYS.iter().find(same).map(|binding| binding.action)
+}
+
+/// The table in words, a line for each key or group of keys.
+pub fn lines() -> impl Iterator<Item = String> {
+    KEYS.iter().filter(|b| !b.name.is_empty()).map(|b| format!("{:8}{}", b.name, b.words))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_rows_have_the_same_key_and_every_row_is_found() {
+        for (number, binding) in KEYS.iter().enumerate() {
+            assert!(KEYS[..number].iter().all(|other| other.key != binding.key), "{:?} twice", binding.key);
+            let pressed = match binding.key {
+                Key::Character(c) => Key::Character(c.to_uppercase().into()),
+                Key::Named(name) => Key::Named(name),
+                _ => panic!("neither character nor name"),
+            };
+            assert_eq!(action_of(&pressed), Some(binding.action));
+        }
+        assert_eq!(action_of(&Key::Character("§".into())), None);
+    }
+}

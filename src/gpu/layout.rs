@@ -1,0 +1,170 @@
+//! Every struct that Rust and a shader share. `tests/shaders.rs` parses the shaders and compares names, offsets and sizes.
+
+use bytemuck::{Pod, Zeroable};
+
+/// What every pass knows of the frame: WGSL `Frame`, uniform at group 0, binding 0.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Frame {
+    /// World to clip space; depth is reversed: 1 at the near plane, 0 at infinity.
+    pub clip_from_world: [[f32; 4]; 4],
+    /// Its inverse.
+    pub world_from_clip: [[f32; 4]; 4],
+    /// World to the sun's shadow map; depth reversed.
+    pub sun_clip_from_world: [[f32; 4]; 4],
+    /// Where the viewer stands, metres.
+    pub eye: [f32; 3],
+    /// Seconds, for the wind.
+    pub time_s: f32,
+    /// Towards the sun, unit length.
+    pub toward_sun: [f32; 3],
+    /// How much of [`Frame::sun_color`] and the sky counts: 0 shows base colours, 1 is fully lit.
+    pub lit: f32,
+    /// Sunlight on a face turned to it, linear.
+    pub sun_color: [f32; 3],
+    /// Side of a texel of the sun's shadow map, metres; 0 where nothing casts shadows.
+    pub shadow_texel_m: f32,
+    /// Light from above, linear.
+    pub sky_color: [f32; 3],
+    /// Where the ground lies, metres; below everything when there is none.
+    pub ground_m: f32,
+    /// Light from below, linear.
+    pub ground_color: [f32; 3],
+    /// Which background: a [`Background`](crate::render::Background) number.
+    pub background: u32,
+    /// Picture size, pixels.
+    pub size_px: [f32; 2],
+    /// Pixels per metre at depth d are `x + y · d`.
+    pub px_per_m: [f32; 2],
+    /// How far the wind pushes the top of a tree, share of its height, along world x and z.
+    pub lean: [f32; 2],
+    /// How far leaves flutter at most, metres.
+    pub flutter_m: f32,
+    /// Metres from depth 1 to depth 0 of the sun's shadow map.
+    pub sun_depth_m: f32,
+}
+
+/// What one part's surface is made of: WGSL `Material`, uniform.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Material {
+    /// Base colour factor, linear.
+    pub factor: [f32; 4],
+    /// Centre of the crown, object space.
+    pub crown_center: [f32; 3],
+    /// Less alpha is not there; 0 for opaque surfaces.
+    pub alpha_cutoff: f32,
+    /// Number of the crown within its tree, from 1, for a sphere-board crown, whose outline grows; 0 for everything else.
+    pub grows: u32,
+    /// 1 when backs are drawn too.
+    pub two_sided: u32,
+    /// Half the crown's width and half its height, metres; 1 where there is no crown.
+    pub crown_reach: [f32; 2],
+    /// Height of the whole tree, metres, for the wind.
+    pub tree_height_m: f32,
+    /// 1 for leaves, which let light through; 0 for wood.
+    pub foliage: f32,
+    /// Unused: keeps the size a multiple of 16.
+    pub pad: [f32; 2],
+}
+
+/// What growth knows of the frame: WGSL `GrowthFrame`, uniform.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct GrowthFrame {
+    /// Picture size, pixels.
+    pub size_px: [u32; 2],
+    /// Pixels per metre at depth d are `x + y · d`.
+    pub px_per_m: [f32; 2],
+    /// Perspective: near plane · 2^24, metres; parallel: depth range, metres.
+    pub depth_units: f32,
+    /// 1 for a parallel projection.
+    pub orthographic: u32,
+    /// 1: the last, partly covered pixel of a growth is drawn with its coverage; 0: it is left out.
+    pub tips: u32,
+    /// 1: outlines before deeper trees grow too.
+    pub inner: u32,
+    /// 1: She's lengths, new for every pixel and frame.
+    pub random: u32,
+    /// Number of the frame, for those.
+    pub frame: u32,
+    /// 1: pixels with two background neighbours beside each other are roots too.
+    pub corners: u32,
+    /// Unused, keeps the size a multiple of 8.
+    pub pad: u32,
+    /// How many roots there is room for.
+    pub root_limit: u32,
+    /// How many grown pixels there is room for.
+    pub grown_limit: u32,
+}
+
+/// One crown that is near enough to grow: WGSL `GrowingCrown`, in a storage buffer.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct GrowingCrown {
+    /// First row from object space (from the crown's centre) to the plane of its limb, half axes made 1.
+    pub limb_x: [f32; 3],
+    /// Qmin, sixteenths of a pixel per 1/256 pixel per metre.
+    pub min_units: f32,
+    /// Second row.
+    pub limb_y: [f32; 3],
+    /// Qmax, as Qmin.
+    pub max_units: f32,
+    /// What lies this much deeper is background, metres.
+    pub gap_m: f32,
+    /// Where its part of the limb table begins.
+    pub first: u32,
+    /// How long that is.
+    pub count: u32,
+    /// Unused, keeps the size a multiple of 16.
+    pub pad: u32,
+}
+
+/// One vertex of a mesh.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Vertex {
+    /// Object space, metres.
+    pub position: [f32; 3],
+    /// Unit normal, object space.
+    pub normal: [f32; 3],
+    /// Texture coordinates, glTF's.
+    pub uv: [f32; 2],
+}
+
+/// One placed tree, 32 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Instance {
+    /// Foot, world space, metres.
+    pub position: [f32; 3],
+    /// Uniform scale.
+    pub scale: f32,
+    /// Turn as a unit quaternion x, y, z, w in signed 16-bit parts.
+    pub rotation: [i16; 4],
+    /// Number of the tree; only its low bits reach the id target.
+    pub id: u32,
+    /// Slot of its first crown among those that grow in this frame; 0 when none does.
+    pub extra: u32,
+}
+
+impl Vertex {
+    /// Locations 0, 1, 2.
+    pub const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: size_of::<Self>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2],
+    };
+}
+
+impl Instance {
+    /// Locations 3 to 5.
+    pub const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: size_of::<Self>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &wgpu::vertex_attr_array![3 => Float32x4, 4 => Snorm16x4, 5 => Uint32x2],
+    };
+
+    /// A tree where it was made.
+    pub const IDENTITY: Self = Self { position: [0.0; 3], scale: 1.0, rotation: [0, 0, 0, i16::MAX], id: 0, extra: 0 };
+}

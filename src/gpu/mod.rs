@@ -1,0 +1,16 @@
+//! The graphics device: choosing an adapter, loading shaders, the structs that shaders mirror, reading pictures back, timing.
+//!
+//! Knows nothing of trees. Headless first: a window hands in its surface only where one is wanted.
+
+mod adapter;
+pub mod layout;
+mod readback;
+mod shader;
+mod survey;
+mod texture;
+
+pub use adapter::{AdapterChoice, Gpu, instance};
+pub use readback::{read_buffer, read_texture};
+pub use shader::{SHADERS, Shader, assemble};
+pub use survey::{Found, survey};
+pub use texture::{Target, target, upload_mips};

@@ -1,0 +1,64 @@
+//! Shaders: one text per pass, with shared pieces pulled in by `#import <name>`, each once (textual, as a C header with guards).
+
+use std::collections::BTreeSet;
+
+use super::Gpu;
+
+/// Every WGSL text of `shaders/`, by path without the extension. Embedded, so that the program is one file.
+pub const SHADERS: &[(&str, &str)] = &[
+    ("shared/frame", include_str!("../../shaders/shared/frame.wgsl")),
+    ("shared/screen", include_str!("../../shaders/shared/screen.wgsl")),
+    ("shared/tree", include_str!("../../shaders/shared/tree.wgsl")),
+    ("shared/sway", include_str!("../../shaders/shared/sway.wgsl")),
+    ("shared/light", include_str!("../../shaders/shared/light.wgsl")),
+    ("shared/shadow", include_str!("../../shaders/shared/shadow.wgsl")),
+    ("shared/sky", include_str!("../../shaders/shared/sky.wgsl")),
+    ("cast", include_str!("../../shaders/cast.wgsl")),
+    ("shared/id", include_str!("../../shaders/shared/id.wgsl")),
+    ("growth", include_str!("../../shaders/growth.wgsl")),
+    ("grown", include_str!("../../shaders/grown.wgsl")),
+    ("mesh", include_str!("../../shaders/mesh.wgsl")),
+    ("backdrop", include_str!("../../shaders/backdrop.wgsl")),
+    ("present", include_str!("../../shaders/present.wgsl")),
+    ("composite", include_str!("../../shaders/composite.wgsl")),
+];
+
+/// A compiled shader text; entry points are always `vs_main`, `fs_main` or `cs_main`, with a suffix where one text holds several.
+#[derive(Debug)]
+pub struct Shader(pub wgpu::ShaderModule);
+
+impl Shader {
+    /// Compiles one of [`SHADERS`].
+    pub fn load(gpu: &Gpu, name: &'static str) -> Self {
+        let text = assemble(name).expect("a test assembles and validates every shader of the table");
+        let source = wgpu::ShaderSource::Wgsl(text.into());
+        Self(gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source }))
+    }
+}
+
+/// The text of a shader with its imports in place.
+///
+/// # Errors
+/// The name that is in no row of [`SHADERS`].
+pub fn assemble(name: &str) -> Result<String, String> {
+    let mut text = String::new();
+    include(name, &mut BTreeSet::new(), &mut text)?;
+    Ok(text)
+}
+
+fn include(name: &str, seen: &mut BTreeSet<String>, out: &mut String) -> Result<(), String> {
+    if !seen.insert(name.to_owned()) {
+        return Ok(());
+    }
+    let (_, text) = SHADERS.iter().find(|(known, _)| *known == name).ok_or_else(|| format!("there is no shader {name}"))?;
+    for line in text.lines() {
+        match line.strip_prefix("#import ") {
+            Some(import) => include(import.trim(), seen, out)?,
+            None => {
+                out.push_str(line);
+                out.push('\n');
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,345 @@
+//! Drawing trees with wgpu (She §2.3, §3.3–3.5). One frame, as fig. 14 has it:
+//!
+//! ```text
+//! backdrop ─▶ frame colour + depth ◀──composite by depth── temporary colour + depth + id ◀── trees
+//!                      │                                              ▲
+//!                      ▼                                       growth of outlines
+//!                 anti-alias ─▶ picture
+//! ```
+//!
+//! Everything that is drawn comes as [`crate::model::Part`]s; uploaded once as a [`Tree`], it is placed any number of times.
+
+mod backdrop;
+mod camera;
+mod composite;
+mod growth;
+mod light;
+mod limb;
+mod mesh;
+mod present;
+mod shadow;
+mod targets;
+mod tiles;
+mod wind;
+
+use glam::{Mat4, Quat, Vec3};
+use image::RgbaImage;
+
+use crate::geom::Bounds;
+use crate::gpu::{Gpu, Target, layout, read_texture};
+use crate::model::Part;
+use crate::{Error, Result};
+
+pub use camera::{Camera, FOV_Y_RAD, Projection};
+pub use growth::{GrowthChoice, GrowthEdges, GrowthInput, GrowthKeys, GrowthParams, GrowthRoots};
+pub use light::LightParams;
+pub use mesh::{CrownShape, Tree};
+pub use present::Window;
+pub use wind::WindParams;
+
+use backdrop::Backdrop;
+use composite::Composite;
+use growth::GrowthPass;
+use light::Light;
+use mesh::{MeshDrawer, Placed};
+use shadow::{SunMap, SunView};
+use targets::Targets;
+use wind::Sway;
+
+crate::choices! {
+    /// How far the picture is taken: She fig. 15 b to e.
+    pub enum Stage {
+        /// The surfaces as they are.
+        Unshaped = "unshaped",
+        /// With grown outlines.
+        Reshaped = "reshaped",
+        /// And smoothed edges.
+        Antialiased = "antialiased",
+        /// And light: sun, sky and shadows.
+        Lit = "lit",
+    }
+}
+
+crate::choices! {
+    /// What stands behind the trees.
+    pub enum Background {
+        /// Sky above level ground.
+        Sky = "sky",
+        /// Nothing, black.
+        Black = "black",
+        /// Nothing, white.
+        White = "white",
+        /// Nothing at all: the picture is transparent there.
+        Alpha = "alpha",
+    }
+}
+
+/// One picture to be taken.
+#[derive(Debug, Clone)]
+pub struct Shot {
+    /// From where.
+    pub camera: Camera,
+    /// Width and height, pixels.
+    pub size_px: [u32; 2],
+    /// How far it is taken.
+    pub stage: Stage,
+    /// What stands behind the trees.
+    pub background: Background,
+    /// Towards the sun, any length but zero.
+    pub toward_sun: Vec3,
+    /// How bright, and how far shadows fall.
+    pub light: LightParams,
+    /// The wind and the moment.
+    pub wind: WindParams,
+    /// How outlines grow.
+    pub growth: GrowthParams,
+    /// Number of the frame: only [`GrowthKeys::Random`] asks for it.
+    pub frame: u32,
+}
+
+impl Shot {
+    /// A lit picture under a sky in still air, as the parameters' defaults have it.
+    pub fn new(camera: Camera, size_px: [u32; 2]) -> Self {
+        Self {
+            camera,
+            size_px,
+            stage: Stage::Lit,
+            background: Background::Sky,
+            // From the upper right behind the viewer of the front.
+            toward_sun: Vec3::new(0.454_5, 0.707_1, 0.541_7),
+            light: LightParams::default(),
+            wind: WindParams::default(),
+            growth: GrowthParams::default(),
+            frame: 0,
+        }
+    }
+}
+
+/// A tree and where it stands, as often as it stands there.
+#[derive(Debug)]
+pub struct Stand<'a> {
+    /// What is drawn.
+    pub tree: &'a Tree,
+    /// Where.
+    pub instances: &'a [layout::Instance],
+}
+
+/// A picture taken.
+#[derive(Debug, Clone)]
+pub struct Picture {
+    /// sRGB, straight alpha.
+    pub color: RgbaImage,
+    /// Distance from the viewer's plane, metres, row by row from the top left; infinity where nothing is.
+    pub depth_m: Vec<f32>,
+}
+
+/// Most pixels of a picture: its targets take about 30 bytes a pixel, 2 GB in all.
+const MAX_PIXELS: u64 = 64 << 20;
+
+/// Draws frames. Owns the device and every pipeline.
+#[derive(Debug)]
+pub struct Renderer {
+    /// The device.
+    pub gpu: Gpu,
+    frame: wgpu::Buffer,
+    frame_group: wgpu::BindGroup,
+    backdrop: Backdrop,
+    meshes: MeshDrawer,
+    sun: SunMap,
+    composite: Composite,
+    growth: GrowthPass,
+    crowns: wgpu::Buffer,
+    targets: Option<Targets>,
+}
+
+impl Renderer {
+    /// Compiles all pipelines.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the driver refuses one.
+    pub fn new(gpu: Gpu) -> Result<Self> {
+        let frame_layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("frame.layout"),
+            entries: &[
+                buffer_entry(0, wgpu::BufferBindingType::Uniform),
+                buffer_entry(8, wgpu::BufferBindingType::Storage { read_only: true }),
+            ],
+        });
+        let frame = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame.uniform"),
+            size: size_of::<layout::Frame>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let crowns = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame.crowns"),
+            size: (growth::SLOTS * size_of::<layout::GrowingCrown>()) as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let frame_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("frame.group"),
+            layout: &frame_layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: frame.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 8, resource: crowns.as_entire_binding() },
+            ],
+        });
+        let sun = SunMap::new(&gpu, 1);
+        let backdrop = Backdrop::new(&gpu, &frame_layout, &sun.layout);
+        let meshes = MeshDrawer::new(&gpu, &frame_layout, &sun.layout);
+        let composite = Composite::new(&gpu);
+        let growth = GrowthPass::new(&gpu);
+        gpu.check()?;
+        Ok(Self { gpu, frame, frame_group, backdrop, meshes, sun, composite, growth, crowns, targets: None })
+    }
+
+    /// Puts the parts of a tree onto the device.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when they do not fit.
+    pub fn upload(&self, parts: &[Part]) -> Result<Tree> {
+        self.gpu.guarded(|| self.meshes.upload(&self.gpu, parts))
+    }
+
+    /// Takes a picture and reads it back.
+    ///
+    /// # Errors
+    /// [`Error::PictureSize`] for one without extent or beyond the device's limit, [`Error::Device`] when the device fails.
+    pub fn picture(&mut self, shot: &Shot, stands: &[Stand]) -> Result<Picture> {
+        self.draw(shot, stands)?;
+        let targets = self.targets.as_ref().expect("draw makes them");
+        let color = read_texture(&self.gpu, &targets.frame_color.texture)?;
+        let depth = read_texture(&self.gpu, &targets.frame_depth.texture)?;
+        let [width, height] = shot.size_px;
+        let depth_m = depth.chunks_exact(4).map(|b| shot.camera.distance_m(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))).collect();
+        let color = RgbaImage::from_raw(width, height, color).expect("as many bytes as the target has pixels");
+        Ok(Picture { color, depth_m })
+    }
+
+    /// The picture that [`Renderer::draw`] made last.
+    ///
+    /// # Panics
+    /// Before the first.
+    fn drawn(&self) -> &Target {
+        &self.targets.as_ref().expect("draw makes them").frame_color
+    }
+
+    /// Draws a frame into the targets.
+    fn draw(&mut self, shot: &Shot, stands: &[Stand]) -> Result<()> {
+        self.resize(shot.size_px)?;
+        let targets = self.targets.as_ref().expect("just made");
+        let sway = Sway::of(&shot.wind);
+        let casters = scene_bounds(stands, sway).filter(|_| shot.stage == Stage::Lit);
+        if casters.is_some() {
+            self.sun.resize(&self.gpu, shot.light.shadow_map_px.0);
+        }
+        let toward_sun = shot.toward_sun.normalize_or(Vec3::Y);
+        let range_m = shot.light.shadow_range_m as f32;
+        let view = casters.map(|casters| SunView::fit(toward_sun, casters, &shot.camera, range_m, self.sun.size_px));
+        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view)));
+        let growing = GrowthInput::new(shot, stands, &self.growth.twigs);
+        self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
+        let placed = |(stand, slots): (&Stand, &Vec<u32>)| {
+            let placed: Vec<_> =
+                stand.instances.iter().zip(slots).map(|(place, slot)| layout::Instance { extra: *slot, ..*place }).collect();
+            self.meshes.place(&self.gpu, &placed)
+        };
+        let drawn: Vec<_> = stands.iter().zip(&growing.slots).map(|pair| (pair.0.tree, placed(pair))).collect();
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        if let Some(view) = view {
+            self.meshes.cast(&mut encoder, &self.frame_group, &self.sun.depth, &self.casters(stands, sway, view));
+        }
+        self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background);
+        self.meshes.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, &drawn);
+        self.growth.draw(&self.gpu, &mut encoder, targets, &growing, &self.crowns)?;
+        self.composite.draw(&self.gpu, &mut encoder, targets);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.check()
+    }
+
+    /// The trees that the sun's map may show.
+    fn casters<'a>(&self, stands: &[Stand<'a>], sway: Sway, view: SunView) -> Vec<(&'a Tree, Placed)> {
+        let of_stand = |stand: &Stand<'a>| {
+            let bounds = stand.tree.bounds()?;
+            let radius = 0.5 * bounds.size().length() + sway.reach_m(bounds.max.y);
+            let seen = |i: &layout::Instance| {
+                let center =
+                    Vec3::from(i.position) + i.scale * (Quat::from_array(i.rotation.map(f32::from)).normalize() * bounds.center());
+                view.sees(center, radius * i.scale, self.sun.size_px)
+            };
+            let instances: Vec<_> = stand.instances.iter().filter(|i| seen(i)).copied().collect();
+            (!instances.is_empty()).then(|| (stand.tree, self.meshes.place(&self.gpu, &instances)))
+        };
+        stands.iter().filter_map(of_stand).collect()
+    }
+
+    fn resize(&mut self, size_px: [u32; 2]) -> Result<()> {
+        let limit = self.gpu.device.limits().max_texture_dimension_2d;
+        let pixels = size_px.iter().map(|&side| u64::from(side)).product::<u64>();
+        if !size_px.iter().all(|side| (1..=limit).contains(side)) || pixels > MAX_PIXELS {
+            return Err(Error::PictureSize { found: size_px, limit, megapixels: MAX_PIXELS >> 20 });
+        }
+        if self.targets.as_ref().is_none_or(|targets| targets.size_px != size_px) {
+            self.targets = None; // the old ones go before the new ones come
+            self.targets = Some(self.gpu.guarded(|| Targets::new(&self.gpu, size_px))?);
+        }
+        Ok(())
+    }
+}
+
+fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    }
+}
+
+/// The box around everything placed, wherever the wind may push it.
+fn scene_bounds(stands: &[Stand], sway: Sway) -> Option<Bounds> {
+    let corners =
+        stands.iter().filter_map(|stand| Some((stand.tree.bounds()?, stand.instances))).flat_map(|(bounds, instances)| {
+            let reach = Vec3::splat(sway.reach_m(bounds.max.y));
+            let swayed = Bounds { min: bounds.min - reach, max: bounds.max + reach };
+            instances.iter().flat_map(move |instance| placed_corners(swayed, instance))
+        });
+    Bounds::of(corners)
+}
+
+/// The corners of a tree's box where an instance stands.
+fn placed_corners(b: Bounds, instance: &layout::Instance) -> [Vec3; 8] {
+    let turn = Quat::from_array(instance.rotation.map(f32::from)).normalize();
+    let at = |x, y, z| Vec3::from(instance.position) + instance.scale * (turn * Vec3::new(x, y, z));
+    let at_height = |y| [at(b.min.x, y, b.min.z), at(b.max.x, y, b.min.z), at(b.min.x, y, b.max.z), at(b.max.x, y, b.max.z)];
+    let ([a, b, c, d], [e, f, g, h]) = (at_height(b.min.y), at_height(b.max.y));
+    [a, b, c, d, e, f, g, h]
+}
+
+fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>) -> layout::Frame {
+    let [width, height] = shot.size_px;
+    let clip_from_world = shot.camera.clip_from_world(width as f32 / height as f32);
+    let toward_sun = shot.toward_sun.normalize_or(Vec3::Y);
+    let light = Light::of(toward_sun, shot.light.exposure as f32);
+    layout::Frame {
+        clip_from_world: clip_from_world.to_cols_array_2d(),
+        world_from_clip: clip_from_world.inverse().to_cols_array_2d(),
+        sun_clip_from_world: sun.map_or(Mat4::IDENTITY, |sun| sun.clip_from_world).to_cols_array_2d(),
+        eye: shot.camera.eye.to_array(),
+        time_s: shot.wind.time as f32,
+        toward_sun: toward_sun.to_array(),
+        lit: if shot.stage == Stage::Lit { 1.0 } else { 0.0 },
+        sun_color: light.sun.to_array(),
+        shadow_texel_m: sun.map_or(0.0, |sun| sun.texel_m),
+        sky_color: light.sky.to_array(),
+        ground_m: 0.0,
+        ground_color: light.ground.to_array(),
+        background: shot.background as u32,
+        size_px: [width as f32, height as f32],
+        px_per_m: shot.camera.px_per_m(height),
+        lean: sway.lean.to_array(),
+        flutter_m: sway.flutter_m,
+        sun_depth_m: sun.map_or(1.0, |sun| sun.depth_m),
+    }
+}
