@@ -6,6 +6,10 @@
 #import shared/sky
 
 const SKY: u32 = 0u;
+#import shared/id
+
+// Crowns near enough to grow, by slot.
+@group(0) @binding(8) var<storage, read> crowns: array<GrowingCrown>;
 
 struct Seen {
     @builtin(position) position: vec4f,
@@ -14,7 +18,8 @@ struct Seen {
     @location(2) uv: vec2f,
     // From the crown's centre, object space.
     @location(3) from_center: vec3f,
-    @location(4) @interpolate(flat) id: u32,
+    // Slot of its first crown; 0 when none grows.
+    @location(4) @interpolate(flat) slot: u32,
 }
 
 @vertex
@@ -26,7 +31,7 @@ fn vs_main(corner: Corner) -> Seen {
     seen.from_center = corner.position - material.crown_center;
     seen.normal = turned(normalize(corner.rotation), crown_normal(corner.normal, seen.from_center));
     seen.uv = corner.uv;
-    seen.id = corner.id.x;
+    seen.slot = corner.id.y;
     return seen;
 }
 
@@ -71,10 +76,18 @@ fn fs_main(seen: Seen, @builtin(front_facing) front: bool) -> Drawn {
     if color.a < material.alpha_cutoff {
         discard;
     }
+    let n = normalize(seen.normal);
     var shown = color.rgb;
     if frame.lit > 0.0 {
-        let n = normalize(seen.normal);
         shown = mix(shown, lit(shown, seen, select(-n, n, front)), frame.lit);
     }
-    return Drawn(vec4f(shown, 1.0), 1u);
+    return Drawn(vec4f(shown, 1.0), id_of(seen, n));
+}
+
+fn id_of(seen: Seen, n: vec3f) -> u32 {
+    if material.grows == 0u || seen.slot == 0u {
+        return 0u;
+    }
+    let slot = seen.slot + material.grows - 1u;
+    return crown_id(slot, crowns[slot], seen.from_center, abs(dot(n, normalize(frame.eye - seen.world))));
 }

@@ -420,7 +420,7 @@ pub enum Error {
     // ---- Procedural multiresolution: plant/multires ----
     /// A chain of modules that has no branches to sort.
     #[error(
-        "expected a chain of modules with balanced brackets, but module {position} {what}; correct the axiom or the rule that wrote it"
+        "expected a chain of modules with balanced brackets, but module {} {what}; correct the axiom or the rule that makes it", position + 1
     )]
     UnreadableChain {
         /// The module, counted from 0.
@@ -435,6 +435,37 @@ pub enum Error {
         offset: usize,
         /// What is wrong there.
         what: &'static str,
+    },
+    // ---- Growth of outlines ----
+    /// A picture too large for the buffers of growth.
+    #[error("outlines grow in pictures of up to {limit_px} pixels on this adapter, but {}×{} were asked for; choose another --size or --growth none", found[0], found[1])]
+    GrowthSize {
+        /// Width and height asked for.
+        found: [u32; 2],
+        /// How many pixels there may be.
+        limit_px: u64,
+    },
+    // ---- Grown trees: model/grown.rs ----
+    /// An L-system that draws nothing.
+    #[error("nothing grew: the L-system draws neither wood nor leaves at this age; raise --age, or check its rules and commands")]
+    NothingGrew,
+    /// A picture for bark or leaves that cannot be used.
+    #[error("expected a PNG, JPEG or WebP picture, but {} {what}; give another one", path.display())]
+    Picture {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, to follow its name.
+        what: String,
+    },
+    /// Neither a preset nor a file.
+    #[error(
+        "expected a preset ({known}) or the file of an L-system, but found {found}; `sphereboard grow --list` describes the presets"
+    )]
+    UnknownSystem {
+        /// The presets.
+        known: String,
+        /// What was asked for.
+        found: String,
     },
 }
 

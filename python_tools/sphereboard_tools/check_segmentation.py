@@ -153,7 +153,7 @@ def write_csv(path: Path, names: list[str], rows: list[Row]) -> None:
 
 def report_agreement(rows: list[Agreement], asked: HsvParameters) -> bool:
     """Print what disagrees and a closing line; True when all agree."""
-    hues = f"hues {asked.hue_low_deg:g} to {asked.hue_high_deg:g}°"
+    hues = f"hue {asked.hue_low_deg:g} to {asked.hue_high_deg:g}°"
     for row in rows:
         if not row.holds:
             what = (
@@ -163,9 +163,7 @@ def report_agreement(rows: list[Agreement], asked: HsvParameters) -> bool:
     worst = min(min(row.opencv, row.skimage) for row in rows)
     refused = sum(row.refused for row in rows)
     holding = sum(row.holds for row in rows)
-    print(
-        f"{hues}: {holding} of {len(rows)} photographs agree with OpenCV and scikit-image ({refused} refused); worst IoU {worst:.5f}"
-    )
+    print(f"{hues}: {holding} of {len(rows)} photographs agree with OpenCV and scikit-image ({refused} refused); IoU ≥ {worst:.5f}")
     return holding == len(rows)
 
 

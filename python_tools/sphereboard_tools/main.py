@@ -1,4 +1,4 @@
-"""The command line: ``check-segmentation``, ``check-mesh`` and, for the benches, ``time-hsv`` and tables."""
+"""The command line: ``check-segmentation``, ``check-mesh``, ``check-import`` and, for the benches, ``time-hsv`` and tables."""
 
 import argparse
 import sys
@@ -20,6 +20,9 @@ def parser() -> argparse.ArgumentParser:
 
     meshes = commands.add_parser("check-mesh", help="have Open3D check the meshes of GLB files")
     meshes.add_argument("files", type=Path, nargs="+", metavar="GLB")
+    imports = commands.add_parser("check-import", help="have Open3D count what sphereboard inspect counts in models of any origin")
+    imports.add_argument("files", type=Path, nargs="+", metavar="MODEL")
+    imports.add_argument("--binary", type=Path, metavar="PATH", help="the sphereboard program (default: the one in target/)")
     timing = commands.add_parser("time-hsv", help="time OpenCV's hsv steps for the benches: runs per line in, seconds out")
     timing.add_argument("picture", type=Path)
     timing.add_argument("opening_px", type=int)
@@ -42,6 +45,10 @@ def main() -> int:
             from sphereboard_tools import check_mesh
 
             good = check_mesh.run(arguments.files)
+        elif arguments.command == "check-import":
+            from sphereboard_tools import check_import
+
+            good = check_import.run(arguments.files, arguments.binary)
         elif arguments.command == "time-hsv":
             from sphereboard_tools import time_hsv
 

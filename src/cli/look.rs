@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::geom::Bounds;
 use crate::gpu::{AdapterChoice, Gpu};
-use crate::render::{Background, Camera, LightParams, Renderer, Shot, Stage, WindParams};
+use crate::render::{Background, Camera, GrowthParams, LightParams, Renderer, Shot, Stage, WindParams};
 use crate::{Error, Result};
 
 use super::options;
@@ -41,6 +41,8 @@ pub struct Look {
     pub light: LightParams,
     /// Wind and its time.
     pub wind: WindParams,
+    /// How outlines grow.
+    pub growth: GrowthParams,
     /// Which adapter draws.
     adapter: AdapterChoice,
 }
@@ -79,7 +81,8 @@ pub fn add(command: Command) -> Command {
         );
     let command = options::add::<LookParams>(add_adapter(command), "View");
     let command = options::add::<LightParams>(command, "Light");
-    options::add::<WindParams>(command, "Wind")
+    let command = options::add::<WindParams>(command, "Wind");
+    options::add::<GrowthParams>(command, "Growth of outlines (She §3.3, fig. 13)")
 }
 
 /// Adds the choice of the adapter, which every command that draws has.
@@ -120,6 +123,7 @@ impl Look {
             toward_sun,
             light: options::read(matches)?,
             wind: options::read(matches)?,
+            growth: options::read(matches)?,
             adapter: adapter(matches),
         })
     }
@@ -150,8 +154,15 @@ impl Look {
     /// The picture to take from there.
     pub fn shot(&self, camera: Camera) -> Shot {
         let LookParams { stage, background, .. } = self.params;
-        let (light, wind) = (self.light.clone(), self.wind.clone());
-        Shot { camera, size_px: self.size_px, stage, background, toward_sun: self.toward_sun, light, wind }
+        Shot {
+            stage,
+            background,
+            toward_sun: self.toward_sun,
+            light: self.light.clone(),
+            wind: self.wind.clone(),
+            growth: self.growth.clone(),
+            ..Shot::new(camera, self.size_px)
+        }
     }
 }
 

@@ -4,10 +4,13 @@
 
 mod batch;
 mod doctor;
+mod grow;
 mod hints;
+mod inspect;
 mod look;
 mod model;
 mod options;
+mod preview;
 mod render;
 mod say;
 mod segment;
@@ -42,6 +45,8 @@ pub fn run() -> ExitCode {
         Some(("render", m)) => render::run(m),
         Some(("segment", m)) => segment::run(m),
         Some(("view", m)) => view::run(m),
+        Some(("grow", m)) => grow::run(m),
+        Some(("inspect", m)) => inspect::run(m),
         _ => unreachable!("clap accepts only the subcommands of `command`"),
     };
     outcome.unwrap_or_else(|error| {
@@ -75,6 +80,8 @@ fn command() -> Command {
         .subcommand(render::command().after_help(ABOUT_SHE))
         .subcommand(view::command())
         .subcommand(doctor::command())
+        .subcommand(grow::command())
+        .subcommand(inspect::command())
 }
 
 /// What a command returns: its exit code, or a mistake in the arguments.

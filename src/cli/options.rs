@@ -18,7 +18,14 @@ pub fn add<P: ParamSet>(command: Command, heading: &'static str) -> Command {
 /// # Errors
 /// [`crate::Error::Parameter`] for a value outside its range.
 pub fn read<P: ParamSet>(matches: &ArgMatches) -> Result<P> {
-    let mut params = P::default();
+    read_over(matches, P::default())
+}
+
+/// Reads the options of a table back over values from elsewhere; what was not given keeps those.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_over<P: ParamSet>(matches: &ArgMatches, mut params: P) -> Result<P> {
     for spec in P::specs() {
         if let Some(value) = matches.get_one::<String>(spec.name) {
             params.set(spec.name, value)?;

@@ -17,6 +17,9 @@ const CELL_ASPECT: f64 = 1.5;
 const CROWDED: f64 = 0.62;
 /// How far around the axis a side's own twigs reach, radians; beyond, the profile is the smoothed one.
 const TWIG_REACH: f64 = 0.2;
+/// The part of the radial disturbance that a seen outline withstands, and how far around the axis that reaches, radians.
+const SEEN_CALM: f64 = 0.7;
+const SEEN_REACH: f64 = 0.3;
 /// Farthest a feature point may stand off the mean of its ring's sector, as a fraction of the distance between rings.
 const SPIKE: f64 = 0.5;
 /// Standard deviation of that smoothing, as a fraction of the profile's length.
@@ -104,7 +107,7 @@ pub(super) fn cloud(hull: &Hull, polygons: usize, params: &CrownParams) -> Cloud
             // How far it is along the normal to the axis: the tip of a cone is thin, however far from the centre.
             let thickness = across[ring] / normal.dot(outward).abs().max(1e-6);
             let semi_axes = [
-                normal * radial * thickness.min(radius),
+                normal * radial * freedom(&profiles, azimuth) * thickness.min(radius),
                 along * along_profile * layout.spacing_m,
                 around * around_axis * (TAU * across[ring] / columns as f64),
             ];
@@ -158,6 +161,15 @@ fn smooth_noise(seed: Seed, crown: u64, p: DVec3) -> f64 {
         weight.element_product() * seed.keyed("clump", key).signed()
     };
     (0..8).map(corner).sum()
+}
+
+/// The part of the radial disturbance that a point may take: where a photograph shows the outline, that outline already has its lumps,
+/// and more of them would only take it away from what was seen.
+fn freedom(profiles: &[Profile], azimuth: f64) -> f64 {
+    let turn = |p: &Profile| (azimuth - p.azimuth_rad).rem_euclid(TAU);
+    let apart = |p: &Profile| turn(p).min(TAU - turn(p));
+    let nearest = profiles.iter().map(apart).fold(PI, f64::min);
+    1.0 - SEEN_CALM * (-(nearest / SEEN_REACH).powi(2)).exp()
 }
 
 /// Elevation and radius of a ring at an azimuth, and whether that is exactly a side's own outline.
@@ -253,6 +265,11 @@ fn marks(profile: &Profile, rings: usize) -> Vec<Mark> {
         let inner = (1..=rings).contains(&k);
         let (elevation, exact) = feature.copied().filter(|_| inner).unwrap_or((even[k], swept));
         marks.push(Mark { elevation, exact, smooth: exact });
+    }
+    let raw: Vec<f64> = marks.iter().map(|m| m.exact).collect();
+    for k in 1..=rings {
+        // A twig no wider than a ring is high would stand out as a horn: a quarter of what a ring shows is each neighbour's.
+        marks[k].exact = 0.5 * raw[k] + 0.25 * (raw[k - 1] + raw[k + 1]);
     }
     let exact: Vec<f64> = marks.iter().map(|m| m.exact).collect();
     // Smoothing what smoothing took away, too ("twicing", Tukey 1977), keeps broad shapes: a column does not swell at its middle.

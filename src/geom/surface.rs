@@ -21,6 +21,27 @@ pub struct Surface {
 }
 
 impl Surface {
+    /// Adds the polygons of `other`, which has texture coordinates if this one has, with its vertices behind the others. Missing colours
+    /// become white.
+    ///
+    /// # Panics
+    /// When the vertices together are too many to be numbered by 32 bits.
+    pub fn append(&mut self, other: Self) {
+        let (count, more) = (self.mesh.positions.len(), other.mesh.positions.len());
+        let first =
+            u32::try_from(count).ok().filter(|_| u32::try_from(count + more).is_ok()).expect("vertices numbered by 32 bits");
+        self.mesh.triangles.extend(other.mesh.triangles.iter().map(|t| t.map(|v| v + first)));
+        self.mesh.quads.extend(other.mesh.quads.iter().map(|q| q.map(|v| v + first)));
+        self.mesh.positions.extend(other.mesh.positions);
+        self.normals.extend(other.normals);
+        self.uvs.extend(other.uvs);
+        if !self.colors.is_empty() || !other.colors.is_empty() {
+            self.colors.resize(count, [1.0; 4]);
+            self.colors.extend(other.colors);
+            self.colors.resize(count + more, [1.0; 4]);
+        }
+    }
+
     /// The mesh with vertices of bit-identical position merged: the cuts of the chart closed again.
     ///
     /// # Panics

@@ -54,7 +54,7 @@ pub struct Material {
     pub crown_center: [f32; 3],
     /// Less alpha is not there; 0 for opaque surfaces.
     pub alpha_cutoff: f32,
-    /// 1 for a sphere-board crown, whose outline grows; 0 for everything else.
+    /// Number of the crown within its tree, from 1, for a sphere-board crown, whose outline grows; 0 for everything else.
     pub grows: u32,
     /// 1 when backs are drawn too.
     pub two_sided: u32,
@@ -66,6 +66,58 @@ pub struct Material {
     pub foliage: f32,
     /// Unused: keeps the size a multiple of 16.
     pub pad: [f32; 2],
+}
+
+/// What growth knows of the frame: WGSL `GrowthFrame`, uniform.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct GrowthFrame {
+    /// Picture size, pixels.
+    pub size_px: [u32; 2],
+    /// Pixels per metre at depth d are `x + y · d`.
+    pub px_per_m: [f32; 2],
+    /// Perspective: near plane · 2^24, metres; parallel: depth range, metres.
+    pub depth_units: f32,
+    /// 1 for a parallel projection.
+    pub orthographic: u32,
+    /// 1: the last, partly covered pixel of a growth is drawn with its coverage; 0: it is left out.
+    pub tips: u32,
+    /// 1: outlines before deeper trees grow too.
+    pub inner: u32,
+    /// 1: She's lengths, new for every pixel and frame.
+    pub random: u32,
+    /// Number of the frame, for those.
+    pub frame: u32,
+    /// 1: pixels with two background neighbours beside each other are roots too.
+    pub corners: u32,
+    /// Unused, keeps the size a multiple of 8.
+    pub pad: u32,
+    /// How many roots there is room for.
+    pub root_limit: u32,
+    /// How many grown pixels there is room for.
+    pub grown_limit: u32,
+}
+
+/// One crown that is near enough to grow: WGSL `GrowingCrown`, in a storage buffer.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct GrowingCrown {
+    /// First row from object space (from the crown's centre) to the plane of its limb, half axes made 1.
+    pub limb_x: [f32; 3],
+    /// Qmin, sixteenths of a pixel per 1/256 pixel per metre.
+    pub min_units: f32,
+    /// Second row.
+    pub limb_y: [f32; 3],
+    /// Qmax, as Qmin.
+    pub max_units: f32,
+    /// What lies this much deeper is background, metres.
+    pub gap_m: f32,
+    /// Where its part of the limb table begins.
+    pub first: u32,
+    /// How long that is.
+    pub count: u32,
+    /// Unused, keeps the size a multiple of 16.
+    pub pad: u32,
 }
 
 /// One vertex of a mesh.
@@ -92,7 +144,7 @@ pub struct Instance {
     pub rotation: [i16; 4],
     /// Number of the tree; only its low bits reach the id target.
     pub id: u32,
-    /// Free for drawers.
+    /// Slot of its first crown among those that grow in this frame; 0 when none does.
     pub extra: u32,
 }
 

@@ -3,9 +3,13 @@
 //! Everything here is in object space: metres, +Y up, origin at the foot of the trunk, +Z towards the photographer.
 
 pub mod glb;
+pub mod grown;
+mod growth;
 pub mod import;
+pub mod obj;
 mod part;
 pub mod pipeline;
+pub mod reference;
 pub mod trunk;
 
 use glam::{DVec2, Vec3};
@@ -16,7 +20,9 @@ use crate::geom::Surface;
 use crate::raster::Rect;
 use crate::{Error, Result};
 
-pub use part::{Material, Part, Wrap, bounds};
+pub use crate::raster::Wrap;
+pub use growth::{Growth, GrowthProfile};
+pub use part::{Material, Part, bounds};
 pub use trunk::TrunkShape;
 
 /// A tree as a renderer needs it: closed crowns (She fig. 4b has several), a trunk, and where it all came from.

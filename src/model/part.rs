@@ -8,7 +8,7 @@ use image::RgbaImage;
 
 use super::{ModelCrown, TreeModel, Trunk};
 use crate::geom::{Bounds, Surface};
-use crate::raster::{ALPHA_CUTOFF, to_linear};
+use crate::raster::{self, ALPHA_CUTOFF, Wrap, to_linear};
 
 /// One surface of one material.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,18 +40,33 @@ pub struct Material {
     pub two_sided: bool,
 }
 
-/// How a texture goes on outside 0..1, in both directions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wrap {
-    /// The last texel goes on.
-    Clamp,
-    /// It starts anew.
-    Repeat,
-}
-
 impl Default for Material {
     fn default() -> Self {
         Self { name: String::new(), factor: [1.0; 4], texture: None, wrap: Wrap::Repeat, alpha_cutoff: None, two_sided: false }
+    }
+}
+
+impl Part {
+    /// Checks what a file or a renderer relies on: polygons there, lists of equal length, corners that exist, finite numbers, unit
+    /// normals, texture coordinates where there is a texture.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn check(&self) -> Result<(), String> {
+        super::check_surface(&self.surface, self.material.texture.is_some())
+    }
+}
+
+impl Material {
+    /// The same as the software rasteriser takes it.
+    pub fn raster(&self) -> raster::Material<'_> {
+        raster::Material {
+            texture: self.texture.as_deref(),
+            wrap: self.wrap,
+            factor: self.factor,
+            alpha_cutoff: self.alpha_cutoff.unwrap_or(0.0),
+            two_sided: self.two_sided,
+        }
     }
 }
 

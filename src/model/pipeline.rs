@@ -111,12 +111,14 @@ impl Request<'_> {
     }
 }
 
-/// All stages from the files to the files, as progress and reports name them. [`run`] announces those between the first and the last:
-/// decoding comes before it and writing (encoding the model, drawing, storing) after it.
-pub const STAGES: [&str; 8] = [DECODE, "segment", "silhouette", "crown", "exemplar", "texture", "model", WRITE];
+/// All stages from the files to the files, as progress and reports name them. [`run`] announces those from "segment" to "model":
+/// decoding comes before it, the preview and writing (encoding the model, drawing, storing) after it.
+pub const STAGES: [&str; 9] = [DECODE, "segment", "silhouette", "crown", "exemplar", "texture", "model", PREVIEW, WRITE];
 /// The stage before [`run`].
 pub const DECODE: &str = "decode";
 /// The stage after [`run`].
+pub const PREVIEW: &str = "preview";
+/// The last stage.
 pub const WRITE: &str = "write";
 
 /// Runs every stage. `step` is called with each stage's name when it is done.

@@ -6,12 +6,10 @@
 
 use glam::{Vec3, Vec4};
 use image::{Rgba, RgbaImage};
-use palette::color_difference::Ciede2000 as _;
-use palette::{FromColor as _, Lab, Srgb};
 
 use super::delight::{ReducedCrown, Shading, foliage_at};
 use super::{Photo, exemplar_window};
-use crate::raster::{ALPHA_CUTOFF, Layer, Mask, Rect};
+use crate::raster::{ALPHA_CUTOFF, Layer, Mask, Rect, color_difference};
 use crate::{Error, Result};
 
 crate::params! {
@@ -80,21 +78,15 @@ pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, para
         Rgba([byte(t.x), byte(t.y), byte(t.z), byte(255.0 * t.w)])
     });
     let gap_fraction = gaps_in_core(&reduced, crown, gaps).min(params.gap_limit);
-    let delta_e = opaque_mean(&image).zip(foliage).map_or(0.0, |(a, b)| difference(a, b));
+    let delta_e = opaque_mean(&image).zip(foliage).map_or(0.0, |(a, b)| color_difference(a, b));
     Ok(Exemplar { image, window_px, scale: side / f64::from(window_px.width), gap_fraction, delta_e })
 }
 
-/// Mean of the encoded sRGB values that the alpha test keeps.
-fn opaque_mean(image: &RgbaImage) -> Option<Vec3> {
+/// Mean of the encoded sRGB values that the alpha test keeps, 0..=255.
+pub fn opaque_mean(image: &RgbaImage) -> Option<Vec3> {
     let opaque = image.pixels().filter(|p| f32::from(p[3]) >= 255.0 * ALPHA_CUTOFF);
     let sum: glam::DVec4 = opaque.map(|p| glam::DVec4::new(p[0].into(), p[1].into(), p[2].into(), 1.0)).sum();
     (sum.w > 0.0).then(|| (sum.truncate() / sum.w).as_vec3())
-}
-
-/// CIEDE2000 between two colours in encoded sRGB, 0..=255.
-fn difference(a: Vec3, b: Vec3) -> f64 {
-    let lab = |c: Vec3| Lab::from_color(Srgb::from((c / 255.0).to_array()));
-    f64::from(lab(a).difference(lab(b)))
 }
 
 /// The window as `side` × `side` texels: encoded sRGB 0..=255 in `xyz`, bled over the gaps, and the part that is foliage in `w`.
@@ -146,7 +138,7 @@ fn limit_gaps(layer: &mut Layer, limit: f64) {
 }
 
 /// Mean of the encoded sRGB values of the crown's foliage.
-fn encoded_mean(image: &image::RgbImage, crown: &Mask, gaps: &Mask) -> Option<Vec3> {
+pub fn encoded_mean(image: &image::RgbImage, crown: &Mask, gaps: &Mask) -> Option<Vec3> {
     let (mut sum, mut count) = ([0u64; 3], 0u64);
     for ((pixel, &c), &g) in image.pixels().zip(crown.as_raw()).zip(gaps.as_raw()) {
         if c != 0 && g == 0 {

@@ -1,6 +1,8 @@
 use super::*;
 use crate::Seed;
 use image::{Rgb, RgbImage};
+use palette::Lab;
+use palette::color_difference::Ciede2000 as _;
 
 /// A leafy disc with a trunk up its middle, a shaded left half and a bay of sky at its right.
 fn painted(size: u32) -> (Photo, Mask, Mask) {
@@ -48,14 +50,14 @@ fn the_colour_difference_is_the_mean_colours_own() {
     let (photo, crown, gaps) = painted(200);
     let exemplar = choose(&photo, &crown, &gaps, 1.0, &ExemplarParams::default()).unwrap();
     let foliage = encoded_mean(&photo.image, &crown, &gaps).unwrap();
-    assert_eq!(exemplar.delta_e, difference(opaque_mean(&exemplar.image).unwrap(), foliage));
+    assert_eq!(exemplar.delta_e, color_difference(opaque_mean(&exemplar.image).unwrap(), foliage));
     // Sharma, Wu & Dalal 2005, table 1, pairs 1 and 21: Lab to ΔE2000.
     let pairs = [([50.0, 2.6772, -79.7751], [50.0, 0.0, -82.7485], 2.0425), ([50.0, 2.5, 0.0], [50.0, 3.2592, 0.3350], 1.0)];
     for (a, b, expected) in pairs {
         let [a, b] = [a, b].map(|[l, a, b]: [f32; 3]| Lab::<palette::white_point::D65>::new(l, a, b));
         assert!((a.difference(b) - expected).abs() < 1e-3);
     }
-    assert!(difference(Vec3::new(60.0, 120.0, 40.0), Vec3::new(75.0, 120.0, 40.0)) > 2.0);
+    assert!(color_difference(Vec3::new(60.0, 120.0, 40.0), Vec3::new(75.0, 120.0, 40.0)) > 2.0);
 }
 
 #[test]

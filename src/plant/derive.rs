@@ -45,7 +45,8 @@ const KEEP: u16 = u16::MAX;
 
 impl Grammar {
     /// Derives the axiom `age` times. A fraction rounds up, and the chain then remembers what its last derivation started from, so
-    /// that the turtle can draw the age between (Truelsen §9.1). `progress` is called after every derivation.
+    /// that the turtle can draw the age between (Truelsen §9.1). `progress` is called after every derivation; a chain that no rule
+    /// can change ends it early.
     ///
     /// # Errors
     /// [`Error::TooManyModules`] before memory is taken for them; [`Error::Grammar`] with the rule's place for a division by zero,
@@ -65,8 +66,17 @@ impl Grammar {
             let before = std::mem::replace(&mut chain, next);
             chain.previous = runs.map(|runs| Box::new(Previous { chain: before, runs }));
             progress(Progress { step, steps, modules: chain.len() });
+            if self.is_final(&chain) {
+                chain.steps = steps;
+                break;
+            }
         }
         Ok(chain)
+    }
+
+    /// Whether no further derivation can change the chain. Looks at the whole of a final chain, and at the beginning of any other.
+    fn is_final(&self, chain: &Chain) -> bool {
+        chain.symbols.iter().all(|symbol| self.of_symbol[symbol.index()].is_empty())
     }
 }
 
@@ -255,6 +265,7 @@ impl<'g> Step<'g> {
                 continue;
             }
             let at = chunk.start + i;
+            // The first pass found the contexts, so this finds them again.
             let Some(variables) = self.bind(rule, at, own, neighbours, &mut bound) else { continue };
             let mut env = Env::new(variables, self.numbers, self.seed, at as u64);
             // The first number chose the rule.

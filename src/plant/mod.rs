@@ -10,9 +10,11 @@ pub mod command;
 pub mod derive;
 pub mod grammar;
 mod growth;
+pub mod mesh;
 pub mod module;
 pub mod multires;
 mod neighbours;
+pub mod presets;
 pub mod skeleton;
 pub mod turtle;
 
@@ -25,3 +27,5 @@ pub use turtle::{Growth, Turtle, TurtleParams, draw};
 
 #[cfg(test)]
 mod derive_tests;
+#[cfg(test)]
+mod turtle_tests;

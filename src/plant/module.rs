@@ -171,6 +171,11 @@ impl Chain {
         &self.symbols
     }
 
+    /// The parameters of all modules, one after the other.
+    pub fn params(&self) -> &[f64] {
+        &self.params
+    }
+
     /// How many derivations made it; 0 for an axiom and for a chain from text.
     pub fn steps(&self) -> u32 {
         self.steps

@@ -10,6 +10,8 @@ const NONE: u32 = u32::MAX;
 pub(super) struct Neighbours<'i> {
     /// The module that it grows on, ignored ones left out.
     before: Vec<u32>,
+    /// The next module of its branch, ignored ones and side branches left out; for `[` the first one inside.
+    after: Vec<u32>,
     /// For `[`: where its `]` stands.
     partner: Vec<u32>,
     /// Where its parameters begin.
@@ -20,13 +22,11 @@ pub(super) struct Neighbours<'i> {
 impl<'i> Neighbours<'i> {
     pub fn of(chain: &Chain, ignored: &'i [bool]) -> Self {
         let count = chain.len();
-        let (mut before, mut partner) = (vec![NONE; count], vec![NONE; count]);
-        let mut params = Vec::with_capacity(count);
+        let (mut before, mut partner, mut params) = (vec![NONE; count], vec![NONE; count], vec![0; count]);
         let (mut last, mut offset, mut opened) = (NONE, 0, vec![]);
         for (i, symbol) in chain.symbols.iter().enumerate() {
-            params.push(offset);
+            (before[i], params[i]) = (last, offset);
             offset += chain.alphabet.arity(*symbol) as u32;
-            before[i] = last;
             match *symbol {
                 Symbol::PUSH => opened.push((i, last)),
                 Symbol::POP => {
@@ -39,7 +39,7 @@ impl<'i> Neighbours<'i> {
                 _ => last = i as u32,
             }
         }
-        Self { before, partner, params, ignored }
+        Self { before, after: after(chain, ignored), partner, params, ignored }
     }
 
     /// Whether the rule's contexts stand round module `at`; then `bound` holds the variables of left context, module, right context.
@@ -62,7 +62,7 @@ impl<'i> Neighbours<'i> {
         bound.extend_from_slice(&chain.params[start..start + chain.alphabet.arity(chain.symbols[module])]);
     }
 
-    /// Matches `pattern` from module `at` on. A bracket in the pattern must find a side branch that it fits, among those that
+    /// Matches `pattern` from module `at` on, which is not the first. A bracket in the pattern must find a side branch that it fits, among those that
     /// begin there; side branches before a wanted symbol are skipped.
     fn fits_right(&self, chain: &Chain, pattern: &[Symbol], mut at: usize, bound: &mut Vec<f64>) -> bool {
         let mut pattern = pattern;
@@ -73,27 +73,14 @@ impl<'i> Neighbours<'i> {
                 (at, pattern) = (behind, rest.get(end + 1..).unwrap_or_default());
                 continue;
             }
-            let Some(found) = self.next(chain, at) else { return false };
-            if chain.symbols[found] != *wanted {
+            let found = self.after[at - 1] as usize;
+            if chain.symbols.get(found) != Some(wanted) {
                 return false;
             }
             self.push_params(chain, found, bound);
             (at, pattern) = (found + 1, rest);
         }
         true
-    }
-
-    /// The next module on the axis from `at` on: past ignored ones and side branches, not past the branch's end.
-    fn next(&self, chain: &Chain, mut at: usize) -> Option<usize> {
-        loop {
-            at = match *chain.symbols.get(at)? {
-                Symbol::PUSH if self.partner[at] == NONE => return None,
-                Symbol::PUSH => self.partner[at] as usize + 1,
-                Symbol::POP => return None,
-                symbol if self.ignored[symbol.index()] => at + 1,
-                _ => return Some(at),
-            }
-        }
     }
 
     /// The end of the first side branch from `at` on that fits `inside`.
@@ -113,6 +100,25 @@ impl<'i> Neighbours<'i> {
             }
         }
     }
+}
+
+/// What [`Neighbours::after`] holds, read backwards.
+fn after(chain: &Chain, ignored: &[bool]) -> Vec<u32> {
+    let mut after = vec![NONE; chain.len()];
+    let (mut next, mut outside) = (NONE, vec![]);
+    for (i, symbol) in chain.symbols.iter().enumerate().rev() {
+        after[i] = next;
+        match *symbol {
+            Symbol::POP => {
+                outside.push(next);
+                next = NONE;
+            }
+            Symbol::PUSH => next = outside.pop().unwrap_or(NONE),
+            symbol if ignored[symbol.index()] => {}
+            _ => next = i as u32,
+        }
+    }
+    after
 }
 
 /// Where the bracket closes that opened before `pattern`.

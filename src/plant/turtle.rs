@@ -101,7 +101,7 @@ impl Growth {
 
 /// Where the turtle is and how it draws: all that brackets keep.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct State {
+pub struct State {
     position: DVec3,
     orientation: DQuat,
     radius_m: f64,
@@ -294,13 +294,10 @@ impl Turtle {
     /// Adds a bone, or prolongs the last one where the wood goes straight on (Truelsen §3.1.2: F increases the bone's length).
     fn wood(&mut self, start: DVec3, length: f64, growth: Growth) {
         let radius = (self.state.radius_m * self.params.radius_scale * growth.size) as f32;
-        if self.straight
-            && let Some(last) = self.skeleton.bones.last_mut()
-        {
-            if last.start_radius_m == radius && last.end_radius_m == radius {
-                last.length_m += length as f32;
-                return;
-            }
+        let prolongs = |last: &&mut Bone| last.start_radius_m == radius && last.end_radius_m == radius;
+        if let Some(last) = self.skeleton.bones.last_mut().filter(|_| self.straight).filter(prolongs) {
+            last.length_m += length as f32;
+            return;
         }
         let kind = if self.state.depth == 0 { BoneKind::Trunk } else { BoneKind::Branch };
         let start_radius_m = self.state.last_radius_m.unwrap_or(radius);
@@ -380,16 +377,21 @@ impl Turtle {
 
     fn push(&mut self) {
         self.stack.push((self.state, self.branch));
-        self.state.depth = self.stack.len() as u32;
-        self.state.last_radius_m = None;
-        if !self.state.width_is_set {
-            self.state.radius_m *= self.params.branch_radius;
-        }
+        self.thin();
         let (bones, polygons) = (self.skeleton.bones.len() as u32, self.skeleton.polygons.len() as u32);
         let parent = Some(self.branch as u32);
         self.branch = self.skeleton.branches.len();
         let level = self.state.depth;
         self.skeleton.branches.push(Branch { parent, level, bones: bones..bones, polygons: polygons..polygons });
+    }
+
+    /// What a bracket changes for the wood behind it.
+    fn thin(&mut self) {
+        self.state.depth += 1;
+        self.state.last_radius_m = None;
+        if !self.state.width_is_set {
+            self.state.radius_m *= self.params.branch_radius;
+        }
     }
 
     fn pop(&mut self) -> Result<(), Fault> {
@@ -460,6 +462,38 @@ impl Turtle {
         let mut draws = self.seed.keyed("turtle", key.wrapping_mul(4).wrapping_add(which));
         let (radius, angle) = (1.0 - draws.unit(), draws.unit() * std::f64::consts::TAU);
         (-2.0 * radius.ln()).sqrt() * angle.cos()
+    }
+}
+
+/// What a multichain asks for, whose branches are not bracketed (Lluch03 §5.4; `multires`).
+impl Turtle {
+    /// A branch begins behind this many brackets, which will not be closed, or (0) goes on after others.
+    pub(super) fn enter(&mut self, brackets: u32) {
+        self.straight = false;
+        (0..brackets).for_each(|_| self.thin());
+    }
+
+    pub(super) fn state(&self) -> State {
+        self.state
+    }
+
+    /// Goes on from an earlier state; what is open is dropped.
+    pub(super) fn go_back(&mut self, state: State) {
+        self.state = state;
+        (self.cut, self.straight, self.branch) = (None, false, 0);
+        self.stack.clear();
+        self.outlines.clear();
+    }
+
+    /// What has been drawn; its branches mean nothing.
+    pub(super) fn so_far(&self) -> &Skeleton {
+        &self.skeleton
+    }
+
+    /// Keeps only the first bones and polygons.
+    pub(super) fn forget(&mut self, bones: usize, polygons: usize) {
+        self.skeleton.bones.truncate(bones);
+        self.skeleton.polygons.truncate(polygons);
     }
 }
 

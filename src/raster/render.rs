@@ -70,8 +70,10 @@ impl View {
 /// What a surface is made of.
 #[derive(Debug, Clone, Copy)]
 pub struct Material<'a> {
-    /// Base colour, sRGB with straight alpha; clamped to its edges.
+    /// Base colour, sRGB with straight alpha.
     pub texture: Option<&'a RgbaImage>,
+    /// How the texture goes on outside 0..1.
+    pub wrap: Wrap,
     /// Multiplies the texture, or is the colour without one; linear light, straight alpha.
     pub factor: [f32; 4],
     /// Texels of less alpha are not there.
@@ -80,9 +82,18 @@ pub struct Material<'a> {
     pub two_sided: bool,
 }
 
+/// How a texture goes on outside 0..1, in both directions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Wrap {
+    /// The last texel goes on.
+    Clamp,
+    /// It starts anew.
+    Repeat,
+}
+
 impl Default for Material<'_> {
     fn default() -> Self {
-        Self { texture: None, factor: [1.0; 4], alpha_cutoff: ALPHA_CUTOFF, two_sided: false }
+        Self { texture: None, wrap: Wrap::Clamp, factor: [1.0; 4], alpha_cutoff: ALPHA_CUTOFF, two_sided: false }
     }
 }
 
@@ -253,7 +264,8 @@ impl Shader<'_> {
         let material = &self.materials[facet.surface].1;
         let mut color = Vec4::from_array(material.factor);
         if let Some(texture) = &self.textures[facet.surface] {
-            color *= texture.sample(u * facet.uvs[0] + v * facet.uvs[1] + w * facet.uvs[2], facet.level);
+            let uv = u * facet.uvs[0] + v * facet.uvs[1] + w * facet.uvs[2];
+            color *= texture.sample(uv, facet.level, material.wrap);
         }
         if color.w < material.alpha_cutoff {
             return None;
@@ -342,11 +354,11 @@ impl MipChain {
     }
 
     /// Bilinear in each of the two nearest levels, linear between them.
-    fn sample(&self, uv: Vec2, level: f32) -> Vec4 {
+    fn sample(&self, uv: Vec2, level: f32, wrap: Wrap) -> Vec4 {
         let level = level.clamp(0.0, (self.levels.len() - 1) as f32);
         let (fine, part) = (level as usize, level.fract());
-        let near = self.levels[fine].sample(uv);
-        if part == 0.0 { near } else { near.lerp(self.levels[fine + 1].sample(uv), part) }
+        let near = self.levels[fine].sample(uv, wrap);
+        if part == 0.0 { near } else { near.lerp(self.levels[fine + 1].sample(uv, wrap), part) }
     }
 }
 
@@ -367,14 +379,17 @@ impl Level {
         Some(Self { width, height, texels: (0..width * height).map(texel).collect() })
     }
 
-    fn sample(&self, uv: Vec2) -> Vec4 {
+    fn sample(&self, uv: Vec2, wrap: Wrap) -> Vec4 {
         let (x, y) = (uv.x * self.width as f32 - 0.5, uv.y * self.height as f32 - 0.5);
         if !(x.is_finite() && y.is_finite()) {
             return Vec4::ZERO;
         }
-        let clamped = |i: f32, n: usize| (i.max(0.0) as usize).min(n - 1);
+        let column = |i: f32, n: usize| match wrap {
+            Wrap::Clamp => (i.max(0.0) as usize).min(n - 1),
+            Wrap::Repeat => (i.rem_euclid(n as f32) as usize).min(n - 1),
+        };
         let (x0, y0) = (x.floor(), y.floor());
-        let at = |dx: f32, dy: f32| self.texels[clamped(y0 + dy, self.height) * self.width + clamped(x0 + dx, self.width)];
+        let at = |dx: f32, dy: f32| self.texels[column(y0 + dy, self.height) * self.width + column(x0 + dx, self.width)];
         let (fx, fy) = (x - x0, y - y0);
         at(0.0, 0.0).lerp(at(1.0, 0.0), fx).lerp(at(0.0, 1.0).lerp(at(1.0, 1.0), fx), fy)
     }

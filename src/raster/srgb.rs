@@ -2,6 +2,10 @@
 
 use std::sync::LazyLock;
 
+use glam::Vec3;
+use palette::color_difference::Ciede2000 as _;
+use palette::{FromColor as _, Lab, Srgb};
+
 /// 8-bit sRGB to linear light (IEC 61966-2-1).
 pub fn to_linear(value: u8) -> f32 {
     static TABLE: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| decoded(i as f32 / 255.0)));
@@ -18,6 +22,12 @@ pub fn to_srgb(value: f32) -> u8 {
     let v = value.clamp(0.0, 1.0);
     let s = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     (255.0 * s).round() as u8
+}
+
+/// CIEDE2000 between two colours in encoded sRGB, 0..=255.
+pub fn color_difference(a: Vec3, b: Vec3) -> f64 {
+    let lab = |c: Vec3| Lab::from_color(Srgb::from((c / 255.0).to_array()));
+    f64::from(lab(a).difference(lab(b)))
 }
 
 #[cfg(test)]

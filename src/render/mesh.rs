@@ -10,7 +10,7 @@ use wgpu::util::DeviceExt;
 use super::targets::{COLOR, ID, Targets, color_attachment, depth_attachment, nearer};
 use crate::geom::Bounds;
 use crate::gpu::{Gpu, Shader, Target, layout, upload_mips};
-use crate::model::{Material, Part, Wrap, bounds};
+use crate::model::{Growth, GrowthProfile, Material, Part, Wrap, bounds};
 use crate::raster::mip_chain;
 
 /// A tree on the device.
@@ -19,9 +19,45 @@ pub struct Tree {
     parts: Vec<DrawnPart>,
     bounds: Option<Bounds>,
     triangles: usize,
+    crowns: Vec<CrownShape>,
+    growth: Growth,
+}
+
+/// What growth has to know of a crown; object space, metres.
+#[derive(Debug, Clone, Copy)]
+pub struct CrownShape {
+    /// From where all of it is seen.
+    pub center: Vec3,
+    /// Half axes of the ellipsoid that is like it.
+    pub half_axes: Vec3,
+    /// The box around it.
+    pub bounds: Bounds,
+}
+
+impl CrownShape {
+    fn of(part: &Part) -> Option<Self> {
+        let (center, bounds) = (part.crown_center?, part.surface.mesh.bounds()?);
+        let half_axes = (0.5 * bounds.size()).max(Vec3::splat(1e-4));
+        Some(Self { center, half_axes, bounds })
+    }
 }
 
 impl Tree {
+    /// The same tree, whose outlines grow so.
+    pub fn growing(self, growth: Growth) -> Self {
+        Self { growth, ..self }
+    }
+
+    /// How its outlines grow.
+    pub fn growth(&self) -> Growth {
+        self.growth
+    }
+
+    /// Its sphere-board crowns.
+    pub fn crowns(&self) -> &[CrownShape] {
+        &self.crowns
+    }
+
     /// The box around it, object space; `None` for a tree of nothing.
     pub fn bounds(&self) -> Option<Bounds> {
         self.bounds
@@ -109,14 +145,23 @@ impl MeshDrawer {
         let height_m = bounds.map_or(1.0, |b| b.max.y.max(1e-3));
         let drawable = parts.iter().filter(|part| part.surface.mesh.polygon_count() > 0);
         let mut textures = Textures::default();
+        let (mut crowns, mut drawn) = (vec![], vec![]);
+        for part in drawable {
+            let crown = CrownShape::of(part);
+            crowns.extend(crown);
+            let number = if crown.is_some() { crowns.len() as u32 } else { 0 };
+            drawn.push(self.upload_part(gpu, part, height_m, number, &mut textures));
+        }
         Tree {
-            parts: drawable.map(|part| self.upload_part(gpu, part, height_m, &mut textures)).collect(),
+            parts: drawn,
             bounds,
+            crowns,
+            growth: Growth::likely(GrowthProfile::Broadleaf, f64::from(height_m)),
             triangles: parts.iter().map(|part| part.surface.mesh.triangulated().count()).sum(),
         }
     }
 
-    fn upload_part(&self, gpu: &Gpu, part: &Part, tree_height_m: f32, textures: &mut Textures) -> DrawnPart {
+    fn upload_part(&self, gpu: &Gpu, part: &Part, tree_height_m: f32, crown: u32, textures: &mut Textures) -> DrawnPart {
         let surface = &part.surface;
         let vertex = |i: usize| layout::Vertex {
             position: surface.mesh.positions[i].to_array(),
@@ -132,21 +177,21 @@ impl MeshDrawer {
             vertices: buffer("mesh.vertices", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer("mesh.indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             count: indices.len() as u32,
-            material: self.upload_material(gpu, part, tree_height_m, textures),
+            material: self.upload_material(gpu, part, tree_height_m, crown, textures),
             two_sided: part.material.two_sided,
             cut_out: part.material.alpha_cutoff.is_some(),
         }
     }
 
-    fn upload_material(&self, gpu: &Gpu, part: &Part, tree_height_m: f32, textures: &mut Textures) -> wgpu::BindGroup {
+    fn upload_material(&self, gpu: &Gpu, part: &Part, tree_height_m: f32, crown: u32, textures: &mut Textures) -> wgpu::BindGroup {
         let Material { factor, wrap, alpha_cutoff, two_sided, .. } = &part.material;
-        let crown = part.crown_center.and_then(|_| Bounds::of(part.surface.mesh.positions.iter().copied()));
-        let half = crown.map_or(Vec3::ONE, |crown| (0.5 * crown.size()).max(Vec3::splat(1e-3)));
+        let leaves = part.crown_center.and_then(|_| Bounds::of(part.surface.mesh.positions.iter().copied()));
+        let half = leaves.map_or(Vec3::ONE, |leaves| (0.5 * leaves.size()).max(Vec3::splat(1e-3)));
         let values = layout::Material {
             factor: *factor,
             crown_center: part.crown_center.unwrap_or_default().to_array(),
             alpha_cutoff: alpha_cutoff.unwrap_or(0.0),
-            grows: u32::from(part.crown_center.is_some()),
+            grows: crown,
             two_sided: u32::from(*two_sided),
             crown_reach: [half.x.max(half.z), half.y],
             tree_height_m,

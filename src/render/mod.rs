@@ -12,11 +12,14 @@
 mod backdrop;
 mod camera;
 mod composite;
+mod growth;
 mod light;
+mod limb;
 mod mesh;
 mod present;
 mod shadow;
 mod targets;
+mod tiles;
 mod wind;
 
 use glam::{Mat4, Quat, Vec3};
@@ -28,13 +31,15 @@ use crate::model::Part;
 use crate::{Error, Result};
 
 pub use camera::{Camera, FOV_Y_RAD, Projection};
+pub use growth::{GrowthChoice, GrowthEdges, GrowthInput, GrowthKeys, GrowthParams, GrowthRoots};
 pub use light::LightParams;
-pub use mesh::Tree;
+pub use mesh::{CrownShape, Tree};
 pub use present::Window;
 pub use wind::WindParams;
 
 use backdrop::Backdrop;
 use composite::Composite;
+use growth::GrowthPass;
 use light::Light;
 use mesh::{MeshDrawer, Placed};
 use shadow::{SunMap, SunView};
@@ -86,6 +91,28 @@ pub struct Shot {
     pub light: LightParams,
     /// The wind and the moment.
     pub wind: WindParams,
+    /// How outlines grow.
+    pub growth: GrowthParams,
+    /// Number of the frame: only [`GrowthKeys::Random`] asks for it.
+    pub frame: u32,
+}
+
+impl Shot {
+    /// A lit picture under a sky in still air, as the parameters' defaults have it.
+    pub fn new(camera: Camera, size_px: [u32; 2]) -> Self {
+        Self {
+            camera,
+            size_px,
+            stage: Stage::Lit,
+            background: Background::Sky,
+            // From the upper right behind the viewer of the front.
+            toward_sun: Vec3::new(0.454_5, 0.707_1, 0.541_7),
+            light: LightParams::default(),
+            wind: WindParams::default(),
+            growth: GrowthParams::default(),
+            frame: 0,
+        }
+    }
 }
 
 /// A tree and where it stands, as often as it stands there.
@@ -120,6 +147,8 @@ pub struct Renderer {
     meshes: MeshDrawer,
     sun: SunMap,
     composite: Composite,
+    growth: GrowthPass,
+    crowns: wgpu::Buffer,
     targets: Option<Targets>,
 }
 
@@ -131,16 +160,10 @@ impl Renderer {
     pub fn new(gpu: Gpu) -> Result<Self> {
         let frame_layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("frame.layout"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
+            entries: &[
+                buffer_entry(0, wgpu::BufferBindingType::Uniform),
+                buffer_entry(8, wgpu::BufferBindingType::Storage { read_only: true }),
+            ],
         });
         let frame = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame.uniform"),
@@ -148,17 +171,27 @@ impl Renderer {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let crowns = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame.crowns"),
+            size: (growth::SLOTS * size_of::<layout::GrowingCrown>()) as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
         let frame_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("frame.group"),
             layout: &frame_layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: frame.as_entire_binding() }],
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: frame.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 8, resource: crowns.as_entire_binding() },
+            ],
         });
         let sun = SunMap::new(&gpu, 1);
         let backdrop = Backdrop::new(&gpu, &frame_layout, &sun.layout);
         let meshes = MeshDrawer::new(&gpu, &frame_layout, &sun.layout);
         let composite = Composite::new(&gpu);
+        let growth = GrowthPass::new(&gpu);
         gpu.check()?;
-        Ok(Self { gpu, frame, frame_group, backdrop, meshes, sun, composite, targets: None })
+        Ok(Self { gpu, frame, frame_group, backdrop, meshes, sun, composite, growth, crowns, targets: None })
     }
 
     /// Puts the parts of a tree onto the device.
@@ -205,13 +238,21 @@ impl Renderer {
         let range_m = shot.light.shadow_range_m as f32;
         let view = casters.map(|casters| SunView::fit(toward_sun, casters, &shot.camera, range_m, self.sun.size_px));
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view)));
-        let drawn: Vec<_> = stands.iter().map(|stand| (stand.tree, self.meshes.place(&self.gpu, stand.instances))).collect();
+        let growing = GrowthInput::new(shot, stands, &self.growth.twigs);
+        self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
+        let placed = |(stand, slots): (&Stand, &Vec<u32>)| {
+            let placed: Vec<_> =
+                stand.instances.iter().zip(slots).map(|(place, slot)| layout::Instance { extra: *slot, ..*place }).collect();
+            self.meshes.place(&self.gpu, &placed)
+        };
+        let drawn: Vec<_> = stands.iter().zip(&growing.slots).map(|pair| (pair.0.tree, placed(pair))).collect();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         if let Some(view) = view {
             self.meshes.cast(&mut encoder, &self.frame_group, &self.sun.depth, &self.casters(stands, sway, view));
         }
         self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background);
         self.meshes.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, &drawn);
+        self.growth.draw(&self.gpu, &mut encoder, targets, &growing, &self.crowns)?;
         self.composite.draw(&self.gpu, &mut encoder, targets);
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.check()
@@ -244,6 +285,15 @@ impl Renderer {
             self.targets = Some(self.gpu.guarded(|| Targets::new(&self.gpu, size_px))?);
         }
         Ok(())
+    }
+}
+
+fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
     }
 }
 

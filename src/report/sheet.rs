@@ -7,8 +7,8 @@ use image::{Rgb, RgbImage};
 
 use crate::Result;
 use crate::geom::Surface;
-use crate::model::TreeModel;
 use crate::model::pipeline::ModelRun;
+use crate::model::{Part, TreeModel};
 use crate::raster::{Light, Material, View, render, to_linear};
 
 use super::draw;
@@ -43,6 +43,29 @@ pub fn picture(model: &TreeModel, azimuth_rad: f32, elevation_rad: f32, size_px:
     let surfaces: Vec<(&Surface, Material)> = crowns.chain(trunk).collect();
     let view = View::around(points(model), azimuth_rad, elevation_rad, size_px, size_px);
     Ok(without_alpha(render(&surfaces, &view, Some(&LIGHT))?.over(BACKGROUND)))
+}
+
+/// A row for a grown tree: front, side, 45° above, bare wood; one scale in all of them.
+///
+/// # Errors
+/// Those of the rasteriser.
+pub fn grown_row(parts: &[Part], size_px: u32) -> Result<RgbImage> {
+    let bare: Vec<Part> = parts.iter().filter(|part| part.material.alpha_cutoff.is_none()).cloned().collect();
+    let sides = [(parts, 0.0, 0.0), (parts, FRAC_PI_2, 0.0), (parts, FRAC_PI_4, FRAC_PI_4), (&bare, 0.0, 0.0)];
+    // What the tree needs from the side where it is widest.
+    let half_m =
+        sides.iter().map(|(_, azimuth, elevation)| around(parts, *azimuth, *elevation, size_px).half_height_m).fold(0.0, f32::max);
+    let panels = sides.iter().map(|(shown, azimuth, elevation)| {
+        let view = View { half_height_m: half_m, ..around(parts, *azimuth, *elevation, size_px) };
+        let surfaces: Vec<(&Surface, Material)> = shown.iter().map(|part| (&part.surface, part.material.raster())).collect();
+        Ok(without_alpha(render(&surfaces, &view, Some(&LIGHT))?.over(BACKGROUND)))
+    });
+    Ok(draw::side_by_side(&panels.collect::<Result<Vec<_>>>()?, 6))
+}
+
+fn around(parts: &[Part], azimuth_rad: f32, elevation_rad: f32, size_px: u32) -> View {
+    let points = parts.iter().flat_map(|part| part.surface.mesh.positions.iter().copied());
+    View::around(points, azimuth_rad, elevation_rad, size_px, size_px)
 }
 
 /// The surfaces from the front without their textures: shape alone.

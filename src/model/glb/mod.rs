@@ -1,19 +1,23 @@
-//! GLB files (glTF 2.0, binary) of tree models: written and read back bit for bit (DESIGN §5).
+//! GLB files (glTF 2.0, binary): tree models, written and read back bit for bit, and grown trees, written (DESIGN §5).
 //!
 //! One root node `tree` with the nodes `crown_0`, `crown_1`, … and `trunk`. Triangles come first, then every quad as two
 //! triangles; how many there are of each, and all else that glTF has no word for, rides in `extras.sphereboard`.
+//!
+//! Grown trees have the nodes `wood` and `leaves`; leaf `i` of the latter is its quad `i`: triangles `2i` and `2i + 1`, vertices
+//! `4i..4i + 4`.
 //!
 //! Crowns are `alphaMode: MASK` and single-sided: through a gap in the near wall one looks past the culled inside of the far wall
 //! at the sky, so that the gap fraction seen is the one photographed, not its square.
 
 mod read;
 mod write;
+mod writer;
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 pub use read::read;
-pub use write::write;
+pub use write::{write, write_parts};
 
 /// Longest side of a texture that is written or read; many GPUs take no more.
 pub const MAX_TEXTURE_PX: u32 = 8192;
@@ -39,4 +43,6 @@ struct MeshExtras {
 enum Part {
     Crown { center: Vec3 },
     Trunk {},
+    Wood {},
+    Leaves {},
 }

@@ -96,6 +96,7 @@ impl<'a> Reader<'a> {
                 model.crowns.push(ModelCrown { surface, texture, center });
             }
             Part::Trunk {} if model.trunk.is_some() => return Err(foreign("it has two trunks")),
+            Part::Wood {} | Part::Leaves {} => return Err(foreign("it is a grown tree, not a model of a photograph")),
             Part::Trunk {} => {
                 let [r, g, b, _] = looks.base_color_factor.0;
                 model.trunk = Some(Trunk { surface, bark: [r, g, b].map(to_srgb) });

@@ -1,23 +1,15 @@
-//! From a [`TreeModel`] to the bytes of a GLB file.
+//! From a [`TreeModel`], or any list of parts, to the bytes of a GLB file.
 
-use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use gltf::binary::Glb;
-use gltf::json;
-use gltf::json::accessor::{ComponentType, GenericComponentType, Type};
-use gltf::json::buffer::Target;
-use gltf::json::material::{AlphaCutoff, AlphaMode, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
-use gltf::json::texture::{MagFilter, MinFilter, WrappingMode};
-use gltf::json::validation::{Checked::Valid, USize64};
-use gltf::json::{Index, Material, Mesh, Node, Root};
-use image::{DynamicImage, RgbaImage};
+use image::RgbaImage;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Extras, MeshExtras, Part};
-use crate::geom::{Bounds, Surface};
-use crate::model::TreeModel;
-use crate::raster::{self, ALPHA_CUTOFF, PngEffort, to_linear};
+use super::Part;
+use super::writer::{Look, Writer, png};
+use crate::model::{self, TreeModel, Wrap};
+use crate::raster::{ALPHA_CUTOFF, to_linear};
 use crate::{Error, Result};
 
 /// Writes the model as a GLB file. Same model, same bytes.
@@ -32,199 +24,53 @@ pub fn write(model: &TreeModel) -> Result<Vec<u8>> {
     for (number, (crown, picture)) in model.crowns.iter().zip(&pictures).enumerate() {
         let name = format!("crown_{number}");
         let part = Part::Crown { center: crown.center };
-        let material = file.foliage(&name, picture);
+        // Its chart stays within the image, with a gutter, so that nothing wraps.
+        let texture = Some(file.texture(&name, picture, Wrap::Clamp));
+        let look = Look { factor: [1.0; 4], texture, alpha_cutoff: Some(ALPHA_CUTOFF), two_sided: false };
+        let material = file.material(&name, &look);
         parts.push(file.part(&name, &crown.surface, part, material)?);
     }
     if let Some(trunk) = &model.trunk {
-        let material = file.bark(trunk.bark);
+        let [r, g, b] = trunk.bark.map(to_linear);
+        let bark = Look { factor: [r, g, b, 1.0], texture: None, alpha_cutoff: None, two_sided: false };
+        let material = file.material("bark", &bark);
         parts.push(file.part("trunk", &trunk.surface, Part::Trunk {}, material)?);
     }
-    let tree = file.root.push(Node { name: Some("tree".to_owned()), children: Some(parts), ..Node::default() });
-    file.root.extras = extras(&model.about)?;
-    file.finish(tree, &model.about.program)
+    file.finish(parts, &model.about, &model.about.program)
 }
 
-/// A file in the making: the JSON tree and the bytes that it points into.
-#[derive(Default)]
-struct Writer {
-    root: Root,
-    bytes: Vec<u8>,
-}
-
-impl Writer {
-    /// A mesh with its node.
-    fn part(&mut self, name: &str, surface: &Surface, part: Part, material: Index<Material>) -> Result<Index<Node>> {
-        let mesh = &surface.mesh;
-        let own = extras(&MeshExtras { part, triangles: mesh.triangles.len(), quads: mesh.quads.len() })?;
-        let primitive = json::mesh::Primitive {
-            attributes: self.attributes(surface),
-            indices: Some(self.indices(surface)),
-            material: Some(material),
-            mode: Valid(json::mesh::Mode::Triangles),
-            targets: None,
-            extensions: None,
-            extras: None,
-        };
-        let primitives = vec![primitive];
-        let mesh = Mesh { name: Some(name.to_owned()), primitives, weights: None, extensions: None, extras: own };
-        let mesh = self.root.push(mesh);
-        Ok(self.root.push(Node { name: Some(name.to_owned()), mesh: Some(mesh), ..Node::default() }))
+/// Writes parts as a GLB file, each with its own material, a picture that several share once. `about` becomes the file's
+/// `extras.sphereboard`. Parts that are cut out or seen from both sides are foliage, all others wood. Same parts, same bytes.
+///
+/// # Errors
+/// [`Error::Internal`] when a surface breaks a promise: nothing in it, lists of unlike length, corners beyond its vertices, numbers that
+/// are not finite.
+pub fn write_parts(parts: &[model::Part], about: &impl Serialize, program: &str) -> Result<Vec<u8>> {
+    for part in parts {
+        part.check().map_err(|what| Error::Internal { stage: "model::glb", what: format!("{}: {what}", part.name) })?;
     }
-
-    fn attributes(
-        &mut self,
-        surface: &Surface,
-    ) -> BTreeMap<json::validation::Checked<json::mesh::Semantic>, Index<json::Accessor>> {
-        use json::mesh::Semantic::{Normals, Positions, TexCoords};
-        let floats = |values: &mut dyn Iterator<Item = f32>| values.flat_map(f32::to_le_bytes).collect::<Vec<_>>();
-        let positions = &surface.mesh.positions;
-        let count = positions.len();
-        let bytes = floats(&mut positions.iter().flat_map(|p| p.to_array()));
-        let position = self.accessor(&bytes, Target::ArrayBuffer, ComponentType::F32, Type::Vec3, count);
-        if let Some(Bounds { min, max }) = surface.mesh.bounds() {
-            let accessor = &mut self.root.accessors[position.value()];
-            (accessor.min, accessor.max) = (Some(serde_json::json!(min.to_array())), Some(serde_json::json!(max.to_array())));
+    let mut pictures: Vec<(&Arc<RgbaImage>, Wrap, &str)> = Vec::new();
+    let same = |a: &(&Arc<RgbaImage>, Wrap, &str), image: &Arc<RgbaImage>, wrap| Arc::ptr_eq(a.0, image) && a.1 == wrap;
+    for part in parts {
+        if let Some(image) = &part.material.texture
+            && !pictures.iter().any(|known| same(known, image, part.material.wrap))
+        {
+            pictures.push((image, part.material.wrap, &part.name));
         }
-        let bytes = floats(&mut surface.normals.iter().flat_map(|n| n.to_array()));
-        let normal = self.accessor(&bytes, Target::ArrayBuffer, ComponentType::F32, Type::Vec3, count);
-        let mut attributes = BTreeMap::from([(Valid(Positions), position), (Valid(Normals), normal)]);
-        if !surface.uvs.is_empty() {
-            let bytes = floats(&mut surface.uvs.iter().flat_map(|t| t.to_array()));
-            let uv = self.accessor(&bytes, Target::ArrayBuffer, ComponentType::F32, Type::Vec2, count);
-            attributes.insert(Valid(TexCoords(0)), uv);
-        }
-        attributes
     }
-
-    /// The corners of all triangles, 16 bits each where they fit (65,535 itself means "restart" to some hardware).
-    fn indices(&mut self, surface: &Surface) -> Index<json::Accessor> {
-        let corners: Vec<u32> = surface.mesh.triangulated().flatten().collect();
-        let (bytes, kind): (Vec<u8>, _) = if surface.mesh.positions.len() < 65_536 {
-            (corners.iter().flat_map(|&i| (i as u16).to_le_bytes()).collect(), ComponentType::U16)
-        } else {
-            (corners.iter().flat_map(|&i| i.to_le_bytes()).collect(), ComponentType::U32)
-        };
-        self.accessor(&bytes, Target::ElementArrayBuffer, kind, Type::Scalar, corners.len())
+    let encoded = pictures.par_iter().map(|(image, _, _)| png(image)).collect::<Result<Vec<_>>>()?;
+    let mut file = Writer::default();
+    let textures: Vec<_> =
+        pictures.iter().zip(&encoded).map(|((_, wrap, name), picture)| file.texture(name, picture, *wrap)).collect();
+    let mut nodes = Vec::new();
+    for part in parts {
+        let model::Material { name, factor, texture, wrap, alpha_cutoff, two_sided } = &part.material;
+        let known = texture.as_ref().and_then(|image| pictures.iter().position(|known| same(known, image, *wrap)));
+        let look =
+            Look { factor: *factor, texture: known.map(|i| textures[i]), alpha_cutoff: *alpha_cutoff, two_sided: *two_sided };
+        let material = file.material(if name.is_empty() { &part.name } else { name }, &look);
+        let kind = if alpha_cutoff.is_some() || *two_sided { Part::Leaves {} } else { Part::Wood {} };
+        nodes.push(file.part(&part.name, &part.surface, kind, material)?);
     }
-
-    fn accessor(
-        &mut self,
-        bytes: &[u8],
-        target: Target,
-        component: ComponentType,
-        kind: Type,
-        count: usize,
-    ) -> Index<json::Accessor> {
-        let view = self.view(bytes, Some(target));
-        self.root.push(json::Accessor {
-            buffer_view: Some(view),
-            byte_offset: None,
-            count: USize64::from(count),
-            component_type: Valid(GenericComponentType(component)),
-            type_: Valid(kind),
-            min: None,
-            max: None,
-            name: None,
-            normalized: false,
-            sparse: None,
-            extensions: None,
-            extras: None,
-        })
-    }
-
-    fn view(&mut self, bytes: &[u8], target: Option<Target>) -> Index<json::buffer::View> {
-        let start = self.bytes.len();
-        self.bytes.extend_from_slice(bytes);
-        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
-        self.root.push(json::buffer::View {
-            buffer: Index::new(0),
-            byte_length: USize64::from(bytes.len()),
-            byte_offset: Some(USize64::from(start)),
-            byte_stride: None,
-            name: None,
-            target: target.map(Valid),
-            extensions: None,
-            extras: None,
-        })
-    }
-
-    /// The material of a crown: its chart stays within the image, with a gutter, so that nothing wraps.
-    fn foliage(&mut self, name: &str, picture: &[u8]) -> Index<Material> {
-        let view = self.view(picture, None);
-        let source = self.root.push(json::Image {
-            buffer_view: Some(view),
-            mime_type: Some(json::image::MimeType("image/png".to_owned())),
-            name: Some(name.to_owned()),
-            uri: None,
-            extensions: None,
-            extras: None,
-        });
-        if self.root.samplers.is_empty() {
-            self.root.push(json::texture::Sampler {
-                mag_filter: Some(Valid(MagFilter::Linear)),
-                min_filter: Some(Valid(MinFilter::LinearMipmapLinear)),
-                wrap_s: Valid(WrappingMode::ClampToEdge),
-                wrap_t: Valid(WrappingMode::ClampToEdge),
-                ..Default::default()
-            });
-        }
-        let sampler = Some(Index::new(0));
-        let texture = self.root.push(json::Texture { name: None, sampler, source, extensions: None, extras: None });
-        let info = json::texture::Info { index: texture, tex_coord: 0, extensions: None, extras: None };
-        self.root.push(Material {
-            name: Some(name.to_owned()),
-            alpha_mode: Valid(AlphaMode::Mask),
-            alpha_cutoff: Some(AlphaCutoff(ALPHA_CUTOFF)),
-            pbr_metallic_roughness: PbrMetallicRoughness { base_color_texture: Some(info), ..matt([1.0; 4]) },
-            ..Material::default()
-        })
-    }
-
-    fn bark(&mut self, srgb: [u8; 3]) -> Index<Material> {
-        let [r, g, b] = srgb.map(to_linear);
-        let pbr_metallic_roughness = matt([r, g, b, 1.0]);
-        self.root.push(Material { name: Some("bark".to_owned()), pbr_metallic_roughness, ..Material::default() })
-    }
-
-    fn finish(mut self, tree: Index<Node>, program: &str) -> Result<Vec<u8>> {
-        let nodes = vec![tree];
-        self.root.scene = Some(self.root.push(json::Scene { name: None, nodes, extensions: None, extras: None }));
-        self.root.asset.generator = Some(program.to_owned());
-        let byte_length = USize64::from(self.bytes.len());
-        self.root.push(json::Buffer { byte_length, name: None, uri: None, extensions: None, extras: None });
-        let json = self.root.to_vec().map_err(internal)?;
-        // The lengths in a GLB file are 32 bits wide.
-        if u32::try_from(json.len() + self.bytes.len() + 64).is_err() {
-            return Err(internal("the model is larger than the 4 GiB that a GLB file can hold"));
-        }
-        let header = gltf::binary::Header { magic: *b"glTF", version: 2, length: 0 };
-        Glb { header, json: json.into(), bin: Some(self.bytes.into()) }.to_vec().map_err(internal)
-    }
-}
-
-/// A surface that does not shine.
-fn matt(colour: [f32; 4]) -> PbrMetallicRoughness {
-    PbrMetallicRoughness {
-        base_color_factor: PbrBaseColorFactor(colour),
-        metallic_factor: StrengthFactor(0.0),
-        roughness_factor: StrengthFactor(1.0),
-        ..Default::default()
-    }
-}
-
-/// The texture as a PNG file, without its alpha channel when that says nothing.
-fn png(texture: &RgbaImage) -> Result<Vec<u8>> {
-    if texture.pixels().all(|p| p[3] == 255) {
-        raster::png_with(&DynamicImage::ImageRgba8(texture.clone()).into_rgb8(), PngEffort::Small)
-    } else {
-        raster::png_with(texture, PngEffort::Small)
-    }
-}
-
-fn extras(value: &impl Serialize) -> Result<json::Extras> {
-    serde_json::value::to_raw_value(&Extras { sphereboard: value }).map(Some).map_err(internal)
-}
-
-fn internal(cause: impl ToString) -> Error {
-    Error::Internal { stage: "model::glb::write", what: cause.to_string() }
+    file.finish(nodes, about, program)
 }

@@ -7,7 +7,7 @@ mod folder;
 mod gltf;
 mod mtl;
 mod obj;
-mod picture;
+pub(super) mod picture;
 mod text;
 
 use std::path::Path;

@@ -7,6 +7,7 @@ use image::RgbImage;
 
 use super::bits::Bits;
 use super::features::Scene;
+use super::sky::colour_table;
 use super::small::Small;
 use crate::raster::Mask;
 
@@ -18,6 +19,8 @@ const SURE_SHARE: f32 = 0.8;
 const UNLIKE_LEAVES: f32 = 3.0;
 /// Deviation of foliage colours, 8-bit levels, that is always assumed: noise and compression.
 const NOISE: f32 = 9.0;
+/// Part of the picture that open sky takes at least where it can tell of the sky behind the crown.
+const LEAST_OPEN: f32 = 0.02;
 /// Pixels of a side of the photograph that are looked at for statistics.
 const SAMPLES: usize = 600;
 
@@ -27,9 +30,7 @@ pub fn find(image: &RgbImage, scene: &Scene, crown: &Bits, crown_mask: &Mask) ->
     let none = || Bits::from_rows(width, height, |_, _| ());
     let small = &scene.small;
     let inside = Small::new_mask(crown_mask, small);
-    let Some(sky) = sky_field(scene, &inside) else { return none() };
-    let chances = chances(scene, &inside);
-    let sky_colours = scene.sky.colours();
+    let Some(Backdrop { colour: sky, chances, colours: sky_colours }) = Backdrop::of(scene, &inside) else { return none() };
     let mut is_sky = |p: [u8; 3], _: usize| sky_colours[five_bits(p)];
     let Some(first) = Leaves::of(image, small, &inside, &mut is_sky) else { return none() };
     let first = Cells::new(&first, &sky, &chances);
@@ -53,7 +54,7 @@ pub fn find(image: &RgbImage, scene: &Scene, crown: &Bits, crown_mask: &Mask) ->
     like.and(crown)
 }
 
-/// Index of a colour in [`super::sky::Sky::colours`].
+/// Index of a colour in [`colour_table`].
 fn five_bits(p: [u8; 3]) -> usize {
     usize::from(p[0] >> 3) << 10 | usize::from(p[1] >> 3) << 5 | usize::from(p[2] >> 3)
 }
@@ -97,13 +98,37 @@ impl Leaves {
     }
 }
 
-/// The sky's colour around every cell; `None` without sky.
-fn sky_field(scene: &Scene, crown: &[bool]) -> Option<Vec<Vec3>> {
-    let of = |i: usize| match scene.sky.grown[i] && !crown[i] && scene.sky.likeness[i] > 0.5 {
-        true => (Vec3::from(scene.small.rgb[i]), 1.0),
-        false => (Vec3::ZERO, 0.0),
-    };
-    smooth(&scene.small, &(0..scene.small.count()).map(of).collect::<Vec<_>>())
+/// The sky behind the crown.
+struct Backdrop {
+    /// Its colour around every cell.
+    colour: Vec<Vec3>,
+    /// What [`chances`] says of every row.
+    chances: Vec<f32>,
+    /// Which colours are its own, by [`five_bits`].
+    colours: Vec<bool>,
+}
+
+impl Backdrop {
+    /// The open sky beside the crown; where a crown that fills the frame leaves hardly any, what has a sky's colour, in the crown and
+    /// beside it. `None` without either.
+    fn of(scene: &Scene, crown: &[bool]) -> Option<Self> {
+        let small = &scene.small;
+        let open = |i: usize| scene.sky.grown[i] && !crown[i] && scene.sky.likeness[i] > 0.5;
+        let is_open = (0..small.count()).filter(|&i| open(i)).count() as f32 > LEAST_OPEN * small.count() as f32;
+        let by_colour = |i: usize| has_sky_colour(small.lab[i]);
+        let sky: Vec<bool> = (0..small.count()).map(|i| if is_open { open(i) } else { by_colour(i) }).collect();
+        let of = |(&sky, &rgb): (&bool, &[f32; 3])| if sky { (Vec3::from(rgb), 1.0) } else { (Vec3::ZERO, 0.0) };
+        Some(Self {
+            colour: smooth(small, &sky.iter().zip(&small.rgb).map(of).collect::<Vec<_>>())?,
+            chances: chances(small, if is_open { &scene.sky.grown } else { &sky }, crown),
+            colours: if is_open { scene.sky.colours() } else { colour_table(has_sky_colour) },
+        })
+    }
+}
+
+/// Whether a colour is a sky's rather than a leaf's whatever the picture: blue and not dark, or white. L*a*b*.
+fn has_sky_colour([l, a, b]: [f32; 3]) -> bool {
+    (l > 50.0 && b < -6.0 && a > b) || (l > 85.0 && a.hypot(b) < 10.0)
 }
 
 /// Local weighted means: of a small window where it holds enough, else of larger ones; `None` without any weight.
@@ -129,14 +154,14 @@ fn smooth(small: &Small, sums: &[(Vec3, f32)]) -> Option<Vec<Vec3>> {
 }
 
 /// For each row, how much of what stands beside the crown is sky, 0..1, rows above counting where the crown fills the row.
-fn chances(scene: &Scene, crown: &[bool]) -> Vec<f32> {
-    let (w, h) = (scene.small.width, scene.small.height);
+fn chances(small: &Small, sky: &[bool], crown: &[bool]) -> Vec<f32> {
+    let (w, h) = (small.width, small.height);
     let mut chance = 1.0f32;
     let few = 0.04 * w as f32;
     (0..h)
         .map(|y| {
             let outside = (y * w..(y + 1) * w).filter(|&i| !crown[i]);
-            let (sky, all) = outside.fold((0.0, 0.0), |(s, n), i| (s + f32::from(u8::from(scene.sky.grown[i])), n + 1.0));
+            let (sky, all) = outside.fold((0.0, 0.0), |(s, n), i| (s + f32::from(u8::from(sky[i])), n + 1.0));
             chance = (sky + few * chance) / (all + few);
             chance
         })

@@ -31,11 +31,16 @@ impl Sky {
         self.density.get((l * BINS + a) * BINS + b).map_or(0.0, |d| d / (d + 0.004))
     }
 
-    /// For each sRGB colour of five bits a channel, whether it is the sky's: index r·1024 + g·32 + b.
+    /// The [`colour_table`] of the sky.
     pub fn colours(&self) -> Vec<bool> {
-        let channel = |i: usize, shift: usize| ((i >> shift & 31) * 8 + 4) as f32;
-        (0..1 << 15).map(|i| self.like(lab([channel(i, 10), channel(i, 5), channel(i, 0)])) > 0.5).collect()
+        colour_table(|lab| self.like(lab) > 0.5)
     }
+}
+
+/// For each sRGB colour of five bits a channel, what `is` says of its L*a*b*: index r·1024 + g·32 + b.
+pub fn colour_table(is: impl Fn([f32; 3]) -> bool) -> Vec<bool> {
+    let channel = |i: usize, shift: usize| ((i >> shift & 31) * 8 + 4) as f32;
+    (0..1 << 15).map(|i| is(lab([channel(i, 10), channel(i, 5), channel(i, 0)]))).collect()
 }
 
 /// Whether a colour can be sky at all: not leaf green or earth (yellow and not bright), not dark.

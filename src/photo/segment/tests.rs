@@ -154,6 +154,40 @@ fn a_thin_trunk_is_found_with_its_width_and_foot() {
 }
 
 #[test]
+fn a_trunk_lit_from_one_side_is_found_whole() {
+    let mut photo = painted([60, 120, 40]);
+    for (x, _, p) in photo.image.enumerate_pixels_mut().filter(|(x, y, _)| (82..98).contains(x) && (140..205).contains(y)) {
+        *p = if x < 90 { Rgb([55, 42, 35]) } else { Rgb([135, 110, 90]) };
+    }
+    let found = auto(&photo, &Hints::default()).expect("a crown");
+    let cues = crate::photo::trunk::find(&photo.image, &found.crown, &found.tree).expect("a trunk");
+    // Not its bright or its dark half, eight pixels wide.
+    assert!((11.0..=18.0).contains(&cues.width_px) && (cues.foot_px.x - 90.0).abs() <= 2.0, "{cues:?}");
+}
+
+#[test]
+fn a_crown_that_fills_the_frame_shows_the_sky_only_through_its_gaps() {
+    let in_gap = |x: u32, y: u32| x % 30 < 6 && y % 30 < 8;
+    let gaps_of = |leaf: [u8; 3], sky: [u8; 3]| {
+        let image = RgbImage::from_fn(180, 240, |x, y| {
+            let shade = (7 * x + 13 * y + x * y) % 40;
+            let colour = if y >= 200 { [120, 100, 70] } else { leaf };
+            Rgb(if y < 200 && in_gap(x, y) { sky } else { colour.map(|v| v - shade as u8) })
+        });
+        let mask = Mask::from_fn(180, 240, |_, y| y < 200);
+        let found = auto(&Photo { image, opaque: None }, &Hints { mask: Some(mask), ..Hints::default() }).expect("a crown");
+        found.gaps
+    };
+    let truth = Mask::from_fn(180, 240, |x, y| y < 200 && in_gap(x, y));
+    for sky in [[120, 170, 230], [250, 250, 250]] {
+        let found = gaps_of([70, 120, 50], sky);
+        assert!(found.iou(&truth) > 0.8, "{sky:?}: {:.2}", found.iou(&truth));
+    }
+    // The grey-green of a blue spruce is no sky, nor is bark between its twigs.
+    assert_eq!(gaps_of([140, 165, 160], [90, 80, 70]).count(), 0);
+}
+
+#[test]
 fn a_cut_outs_background_is_never_crown() {
     let half = Mask::from_fn(180, 240, |x, y| x < 90 && y < 200);
     let found = auto(&Photo { opaque: Some(half.clone()), ..painted([60, 120, 40]) }, &Hints::default()).expect("a crown");

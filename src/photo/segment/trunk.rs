@@ -169,8 +169,10 @@ impl Place {
     /// The line with the width and place that have the greatest contrast: a wider strip is mixed with what stands beside the trunk, and
     /// the flanks of a narrower one are bark.
     fn fit_width(&self, sums: &[Vec<[f32; 3]>], line: Line) -> Line {
+        // Half a width aside: of a trunk lit from the side, the bright half alone is the best strip of its own width.
+        let reach = (line.width / 2) as i32;
         let widths =
-            ((line.width / 2).max(2)..=line.width * 5 / 3).flat_map(|width| (-1..=1).map(move |shift| (width, shift as f32)));
+            ((line.width / 2).max(2)..=2 * line.width).flat_map(|width| (-reach..=reach).map(move |shift| (width, shift as f32)));
         let fitted = widths.map(|(width, shift)| {
             let moved = Line { x: line.x + shift, width, ..line };
             let rows = moved.top..=moved.foot;
@@ -233,12 +235,14 @@ impl Strip {
         })
     }
 
-    /// Gives the bare stalk at the crown's lower end to the trunk: rows in which the crown is hardly wider than this strip.
+    /// Gives the bare stalk at the crown's lower end to the trunk: rows in which the crown is hardly wider than this strip and beside it
+    /// at most by its width.
     pub fn take_stalk(self, crown: &Bits) -> (Self, Bits) {
         let spans = crown.spans();
         let is_stalk = |y: usize| {
             let (x, widest) = (self.x_at(y as f32 + 0.5), STALK * self.width);
-            let slim = |(a, b): (usize, usize)| (b - a) as f32 <= widest && a as f32 <= x && x <= b as f32;
+            let slim =
+                |(a, b): (usize, usize)| (b - a) as f32 <= widest && a as f32 <= x + self.width && x - self.width <= b as f32;
             y as f32 >= self.top[1] && spans[y].is_some_and(slim)
         };
         let Some(bottom) = spans.iter().rposition(Option::is_some) else { return (self, crown.clone()) };

@@ -18,6 +18,9 @@ const SIGNS: &str = "+-&^\\/|$!'\"%{}.~@?[]";
 /// What begins a line that is no rule.
 const KEYWORDS: [&str; 8] = ["title", "define", "symbols", "ignore", "command", "turtle", "age", "axiom"];
 
+/// Most brackets open at once in a right context: it is matched by recursion.
+const DEEPEST_CONTEXT: usize = 32;
+
 struct Parser<'t> {
     cursor: Cursor<'t>,
     builder: Builder,
@@ -122,7 +125,11 @@ impl Parser<'_> {
     /// `symbols B Leaf`
     fn symbols(&mut self) -> Result<()> {
         while !self.cursor.at_end() {
+            let place = self.cursor.place();
             let word = self.cursor.take_while(is_word);
+            if word.starts_with('_') || (word.chars().count() > 1 && !word.starts_with(char::is_alphabetic)) {
+                return Err(place.error("a name that begins with a letter", format!("`{word}`")));
+            }
             let name = if word.is_empty() { read_name(&mut self.cursor, &[])? } else { word.to_owned() };
             if name.chars().count() > 1 && !self.builder.words.contains(&name) {
                 self.builder.words.push(name.clone());
@@ -275,6 +282,9 @@ impl Parser<'_> {
             let place = self.cursor.place();
             let name = read_name(&mut self.cursor, &self.builder.words)?;
             pair(&name, place, &mut opened)?;
+            if opened.len() > DEEPEST_CONTEXT {
+                return Err(place.error(format!("at most {DEEPEST_CONTEXT} brackets open in a context"), "more"));
+            }
             let before = variables.len();
             if self.cursor.take("(") {
                 self.formal_parameters(variables)?;
@@ -402,10 +412,8 @@ fn read_modules(cursor: &mut Cursor, words: &[String], scope: &Scope) -> Result<
         cursor.open = outside + opened.len() as u32;
         cursor.skip_space();
         let arguments = if cursor.peek() == Some('(') { expr_parser::arguments(cursor, scope, 0)? } else { vec![] };
-        if name == "[" || name == "]" {
-            if !arguments.is_empty() {
-                return Err(place.error("a bracket without parameters", "some"));
-            }
+        if (name == "[" || name == "]") && !arguments.is_empty() {
+            return Err(place.error("a bracket without parameters", "some"));
         }
         modules.push(Written { name, place, arguments });
     }

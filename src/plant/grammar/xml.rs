@@ -286,7 +286,8 @@ impl Reader {
     }
 
     fn finish(mut self, root: Place) -> Result<Grammar> {
-        for c in self.variables.iter().chain(self.constants.keys()) {
+        let is_bracket = |c: &&char| matches!(c, '[' | ']') || self.brackets.contains_key(c);
+        for c in self.variables.iter().chain(self.constants.keys()).filter(|c| !is_bracket(c)) {
             self.builder.declared.insert(c.to_string());
             self.builder.commands.insert(c.to_string(), Command { action: Action::Nothing, defaults: vec![] });
         }
@@ -296,6 +297,8 @@ impl Reader {
                 self.builder.commands.insert(c.to_string(), command);
             }
         }
+        // Ours: his steps are a tenth of a unit, and a trunk is thinner than a step is long.
+        self.builder.turtle.trunk_radius_m = 0.02;
         self.builder.finish(root)
     }
 }

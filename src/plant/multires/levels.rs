@@ -1,30 +1,35 @@
 //! Geometry level by level (Lluch03 §5.4): a vector with the geometry of each level, filled when a level is first asked for.
 //!
-//! All levels' shapes stand one after the other in one array, so that level of detail `n` is a prefix of it: drawing another level moves
-//! one number.
+//! The turtle keeps what it draws in order of output, and the vector says where each level ends in it. So level of detail `n` is a prefix,
+//! and drawing another level moves one number.
 
 use super::{Multichain, Step};
 use crate::{Error, Result};
 
 /// Who draws a multichain: a turtle whose state can be kept and set back.
 pub trait LevelTurtle {
-    /// Everything that a bracket would keep, and which shape the next one stands on.
+    /// Everything that a bracket would keep, and what the next wood stands on.
     type State: Clone;
-    /// What it draws: a bone, a mesh, …
-    type Shape;
+    /// How much has been drawn.
+    type Mark: Copy;
 
-    /// A branch begins, with this many brackets open round it in the original chain. Position and heading stay.
-    fn begin(&mut self, depth: u32);
+    /// A branch begins, or goes on after others, behind this many `[` of the original chain. They will not be closed: what follows a
+    /// branch is a RESTORE.
+    fn begin(&mut self, brackets: u32);
     /// Reads one module: `stored` is its place in the chain at hand, `position` its place in the original chain (the same, unless the
-    /// multichain came as a stream), by which noise may be keyed. Appends what it draws to `shapes`, which holds all earlier shapes.
+    /// multichain came as a stream), by which noise may be keyed.
     ///
     /// # Errors
     /// The turtle's own.
-    fn read(&mut self, stored: u32, position: u32, shapes: &mut Vec<Self::Shape>) -> Result<()>;
+    fn read(&mut self, stored: u32, position: u32) -> Result<()>;
     /// SAVE.
     fn save(&self) -> Self::State;
     /// RESTORE.
     fn restore(&mut self, state: &Self::State);
+    /// How much has been drawn so far.
+    fn mark(&self) -> Self::Mark;
+    /// Forgets what has been drawn since.
+    fn rewind(&mut self, mark: Self::Mark);
 }
 
 /// The levels of a multichain that have been drawn so far.
@@ -35,73 +40,57 @@ pub struct Levels<T: LevelTurtle> {
     foot: T::State,
     /// By the number of their SAVE.
     saved: Vec<T::State>,
-    shapes: Vec<T::Shape>,
-    /// Where each drawn level ends in `shapes`.
-    ends: Vec<usize>,
+    /// How much had been drawn before level 1, and after each level.
+    marks: Vec<T::Mark>,
 }
 
 impl<T: LevelTurtle> Levels<T> {
     /// Nothing is drawn yet. `turtle` stands at the foot of the tree.
     pub fn new(turtle: T) -> Self {
-        Self { foot: turtle.save(), turtle, saved: vec![], shapes: vec![], ends: vec![] }
+        Self { foot: turtle.save(), marks: vec![turtle.mark()], turtle, saved: vec![] }
     }
 
     /// How many levels have been drawn.
     pub fn drawn(&self) -> usize {
-        self.ends.len()
+        self.marks.len() - 1
     }
 
-    /// The turtle, for example to ask what it warns of.
+    /// The turtle, with all that it has drawn.
     pub fn turtle(&self) -> &T {
         &self.turtle
     }
 
-    /// Level of detail `n` of `chain`, which must be the same (or grown by further levels) on every call: the shapes of the first `n`
-    /// levels in order of output. Draws what is missing; all levels for `n` beyond the last.
+    /// How much level of detail `n` is of what the turtle has drawn: its first `n` levels. Draws what is missing; all levels for `n` beyond
+    /// the last. `chain` must be the same on every call, or grown by whole levels.
     ///
     /// # Errors
     /// The turtle's; the levels before the faulty one stay.
-    pub fn first(&mut self, chain: &Multichain, n: usize) -> Result<&[T::Shape]> {
+    pub fn first(&mut self, chain: &Multichain, n: usize) -> Result<T::Mark> {
         let n = n.min(chain.levels());
         while self.drawn() < n {
-            let (shapes, saved) = (self.shapes.len(), self.saved.len());
-            if let Err(error) = chain.level(self.drawn() + 1).iter().try_for_each(|step| self.draw(step)) {
-                self.shapes.truncate(shapes);
+            let (mark, saved) = (self.turtle.mark(), self.saved.len());
+            if let Err(error) = chain.level(self.drawn() + 1).iter().enumerate().try_for_each(|(s, step)| self.draw(s, step)) {
+                self.turtle.rewind(mark);
                 self.saved.truncate(saved);
                 return Err(error);
             }
-            self.ends.push(self.shapes.len());
+            self.marks.push(self.turtle.mark());
         }
-        Ok(&self.shapes[..self.end_of(n)])
+        Ok(self.marks[n])
     }
 
-    /// What level `n` adds: element `n` of the paper's vector. Nothing outside `1..=levels()`.
-    ///
-    /// # Errors
-    /// As [`first`](Self::first).
-    pub fn level(&mut self, chain: &Multichain, n: usize) -> Result<&[T::Shape]> {
-        self.first(chain, n)?;
-        Ok(&self.shapes[self.end_of(n.saturating_sub(1))..self.end_of(n)])
-    }
-
-    /// Where level `n`'s shapes end, if that has been drawn; of the last drawn one otherwise.
-    pub fn end_of(&self, n: usize) -> usize {
-        n.min(self.drawn()).checked_sub(1).map_or(0, |last| self.ends[last])
-    }
-
-    fn draw(&mut self, step: &Step) -> Result<()> {
+    /// Draws step `s` of the next level.
+    fn draw(&mut self, s: usize, step: &Step) -> Result<()> {
+        let missing =
+            |number| Error::Internal { stage: "multichain", what: format!("state {number} is restored before it is saved") };
         match step.restore {
-            Some(number) => {
-                let what = || format!("state {number} is restored before it is saved");
-                let state = self.saved.get(number as usize).ok_or_else(|| Error::Internal { stage: "multichain", what: what() })?;
-                self.turtle.restore(state);
-            }
-            None if self.drawn() == 0 && self.shapes.is_empty() => self.turtle.restore(&self.foot),
+            Some(number) => self.turtle.restore(self.saved.get(number as usize).ok_or_else(|| missing(number))?),
+            None if s == 0 => self.turtle.restore(&self.foot),
             None => {}
         }
-        self.turtle.begin(step.depth);
+        self.turtle.begin(step.brackets);
         for (stored, position) in step.modules.clone().zip(step.position..) {
-            self.turtle.read(stored, position, &mut self.shapes)?;
+            self.turtle.read(stored, position)?;
         }
         if step.save.is_some() {
             self.saved.push(self.turtle.save());

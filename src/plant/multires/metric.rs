@@ -14,7 +14,7 @@
 //! | (c) longest path | the longest path not output | max | the length of its path |
 //! | (d) branching length | the length not output | sum | the length of its path |
 //!
-//! So the weight never grows from visit to visit, whatever the metric: the one fact that [`visits`](super::visits) needs. (For a
+//! So the weight never grows from visit to visit, whatever the metric: the one fact that sorting (`visits`) needs. (For a
 //! subtree whose top has been output, (a) counts 0 while grandchildren wait; weights compare subtrees, and the finished take no part.)
 
 use super::WeightedTree;

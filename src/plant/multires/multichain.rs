@@ -17,13 +17,14 @@ pub enum Item {
     Restore(u32),
 }
 
-/// One branch of a multichain: `RESTORE?  module*  SAVE?`.
+/// One branch of a multichain, or its tail: `RESTORE?  module*  SAVE?`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
-    /// Which state it sets out from; `None` where it goes on from the branch before it, and at the very first branch.
+    /// Which state it sets out from; `None` where it goes on from the step before it, and at the very first.
     pub restore: Option<u32>,
-    /// How many brackets stood open round it in the original chain. Brackets are gone, but a turtle may tell trunk from branch by them.
-    pub depth: u32,
+    /// How many brackets opened between the branch it grows from and itself. They are gone from the chain, and nothing is popped, but a
+    /// turtle may tell trunk from branch by them, or thin the wood.
+    pub brackets: u32,
     /// The original position of its first module, by which seeded noise may be keyed.
     pub position: u32,
     /// Its modules, where they are stored.
@@ -33,6 +34,11 @@ pub struct Step {
 }
 
 impl Step {
+    /// A run of modules that goes on from the step before it.
+    fn of(modules: &Range<u32>) -> Self {
+        Self { restore: None, brackets: 0, position: modules.start, modules: modules.clone(), save: None }
+    }
+
     /// The step as the paper writes it.
     pub fn items(&self) -> impl Iterator<Item = Item> + use<> {
         let modules = self.modules.clone().map(Item::Module);
@@ -41,7 +47,7 @@ impl Step {
 }
 
 /// A tree's branches from most to least important. Level 1 is a path from the root to a leaf; every further level restores one state and
-/// adds one path (§5.4). Levels are counted from 1, as in the paper: the first `n` of them are level of detail `n`, all of them the tree.
+/// adds one path (§5.4), tails included (after which it restores the state before them and goes on). Levels are counted from 1, as in the paper: the first `n` of them are level of detail `n`, all of them the tree.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Multichain {
     pub(super) steps: Vec<Step>,
@@ -57,8 +63,8 @@ impl Multichain {
     /// output whole is not entered (ours: branches without length would else lead into it). A branch with several children is followed
     /// by a SAVE, as in the paper's example (its text has one after every branch that is no leaf).
     ///
-    /// There are never more modules than the original has, brackets, SAVEs and RESTOREs counted: a branch with k children costs at most
-    /// one SAVE and k − 1 RESTOREs, and stood with at least k − 1 pairs of brackets.
+    /// There are never more modules than the original has, brackets, SAVEs and RESTOREs counted: a branch with k > 1 children costs one
+    /// SAVE and k − 1 RESTOREs, and had at least k − 1 pairs of brackets; one with a tail costs a RESTORE more, and had k pairs.
     pub fn new(tree: &WeightedTree, metric: Metric) -> Self {
         let order = order(tree, metric);
         let mut chain = Self { steps: Vec::with_capacity(tree.branches().len()), ..Self::default() };
@@ -68,14 +74,19 @@ impl Multichain {
             let mut at = start;
             while at != NONE {
                 let branch = &tree.branches()[at as usize];
-                let forks = tree.children(at as usize).len() > 1;
-                let save = forks.then(|| chain.saved_by.len() as u32);
+                let (children, has_tail) = (tree.children(at as usize).len(), !branch.tail.is_empty());
+                let save = (children > 1 || children == 1 && has_tail).then_some(chain.saved_by.len() as u32);
                 if let Some(number) = save {
                     number_of[at as usize] = number;
                     chain.saved_by.push(chain.steps.len() as u32);
                 }
-                let (depth, position, modules) = (branch.depth, branch.modules.start, branch.modules.clone());
-                chain.steps.push(Step { restore: restore.take(), depth, position, modules, save });
+                let brackets = branch.depth - branch.parent.map_or(0, |p| tree.branches()[p as usize].depth);
+                chain.steps.push(Step { restore, brackets, save, ..Step::of(&branch.modules) });
+                restore = None;
+                if has_tail {
+                    chain.steps.push(Step::of(&branch.tail));
+                    restore = save;
+                }
                 at = order.heir[at as usize];
             }
             chain.ends.push(chain.steps.len() as u32);
@@ -108,7 +119,7 @@ impl Multichain {
         n.min(self.levels()).checked_sub(1).map_or(0, |last| self.ends[last] as usize)
     }
 
-    /// The branch, as an index of [`steps`](Self::steps), whose SAVE has this number; the number of SAVEs is `None`'s bound.
+    /// The branch, as an index of [`steps`](Self::steps), whose SAVE has this number; `None` from [`saves`](Self::saves) on.
     pub fn saved_by(&self, number: u32) -> Option<usize> {
         self.saved_by.get(number as usize).map(|&step| step as usize)
     }

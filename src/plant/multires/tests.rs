@@ -9,12 +9,12 @@ use crate::Result;
 
 /// A module of the tests: brackets, or a name and a length; `+` and `-` turn.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Word {
+pub(super) struct Sign {
     pub name: String,
     pub length: Option<f64>,
 }
 
-impl Word {
+impl Sign {
     fn role(&self) -> Role {
         match (self.name.as_str(), self.length) {
             ("[", _) => Role::Open,
@@ -26,8 +26,8 @@ impl Word {
 }
 
 /// `C12[F(2)+]`: a letter with digits is a branch of length 1, or as given in parentheses; other signs are turns.
-pub(super) fn words(text: &str) -> Vec<Word> {
-    let mut words: Vec<Word> = vec![];
+pub(super) fn words(text: &str) -> Vec<Sign> {
+    let mut words: Vec<Sign> = vec![];
     let mut rest = text;
     while let Some(c) = rest.chars().next() {
         let name_len = rest.find(|d: char| !(d.is_alphanumeric())).unwrap_or(rest.len()).max(1);
@@ -38,21 +38,21 @@ pub(super) fn words(text: &str) -> Vec<Word> {
             Some((length, after)) => (length.parse().unwrap(), after),
             None => (1.0, after),
         };
-        words.push(Word { name: name.to_owned(), length: c.is_alphabetic().then_some(length) });
+        words.push(Sign { name: name.to_owned(), length: c.is_alphabetic().then_some(length) });
         rest = after;
     }
     words
 }
 
-pub(super) fn tree_of(words: &[Word]) -> WeightedTree {
-    WeightedTree::parse(words.iter().map(Word::role)).unwrap()
+pub(super) fn tree_of(words: &[Sign]) -> WeightedTree {
+    WeightedTree::parse(words.iter().map(Sign::role)).unwrap()
 }
 
 /// Chain (3) of the paper; its text is lost from the shared copy, the issue has it.
 const CHAIN_3: &str = "C1[C2[C3[C4][C5[C6][C7]]][C9[C11][C10]][C8]][C12[C13][C14][C15[C16]]]";
 
 /// One level as the paper writes it: a state has the number of the branch that saved it.
-fn written(chain: &Multichain, words: &[Word], level: usize) -> String {
+fn written(chain: &Multichain, words: &[Sign], level: usize) -> String {
     let name = |number: u32| {
         let step = &chain.steps()[chain.saved_by(number).unwrap()];
         words[step.modules.start as usize].name.trim_start_matches('C').to_owned()
@@ -156,18 +156,19 @@ fn assert_literal(tree: &WeightedTree) {
     let branch_at: BTreeMap<u32, u32> = (0u32..).zip(tree.branches()).map(|(b, branch)| (branch.modules.start, b)).collect();
     for metric in METRICS {
         let chain = Multichain::new(tree, metric);
-        let levels: Vec<Vec<u32>> =
-            (1..=chain.levels()).map(|n| chain.level(n).iter().map(|s| branch_at[&s.position]).collect()).collect();
+        // Tails go with their branch.
+        let branches = |level: &[Step]| level.iter().filter_map(|s| branch_at.get(&s.position).copied()).collect();
+        let levels: Vec<Vec<u32>> = (1..=chain.levels()).map(|n| branches(chain.level(n))).collect();
         assert_eq!(levels, literal(tree, metric), "{metric:?}");
     }
 }
 
 /// A chain of advances of few different lengths (so that ties abound), turns and brackets, led by a wood module.
-pub(super) fn any_words(max: usize) -> impl Strategy<Value = Vec<Word>> {
+pub(super) fn any_words(max: usize) -> impl Strategy<Value = Vec<Sign>> {
     let sign = prop_oneof![4 => Just('['), 4 => Just(']'), 5 => Just('F'), 1 => Just('+'), 1 => Just('-')];
     let length = prop_oneof![Just(0.0), Just(1.0), Just(1.0), Just(2.0), Just(0.1), Just(0.3)];
     prop::collection::vec((sign, length), 0..max).prop_map(|signs| {
-        let (mut words, mut open) = (vec![Word { name: "F".into(), length: Some(1.0) }], 0);
+        let (mut words, mut open) = (vec![Sign { name: "F".into(), length: Some(1.0) }], 0);
         for (sign, length) in signs {
             match sign {
                 '[' => open += 1,
@@ -175,9 +176,9 @@ pub(super) fn any_words(max: usize) -> impl Strategy<Value = Vec<Word>> {
                 ']' => open -= 1,
                 _ => {}
             }
-            words.push(Word { name: sign.to_string(), length: (sign == 'F').then_some(length) });
+            words.push(Sign { name: sign.to_string(), length: (sign == 'F').then_some(length) });
         }
-        words.extend(std::iter::repeat_n(Word { name: "]".into(), length: None }, open));
+        words.extend(std::iter::repeat_n(Sign { name: "]".into(), length: None }, open));
         words
     })
 }
@@ -196,9 +197,10 @@ pub(super) struct Stroke {
 /// A flat turtle with a bracket stack.
 #[derive(Debug, Clone)]
 pub(super) struct Flat<'a> {
-    words: &'a [Word],
+    words: &'a [Sign],
     state: FlatState,
     stack: Vec<FlatState>,
+    strokes: Vec<Stroke>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -210,27 +212,27 @@ pub(super) struct FlatState {
 }
 
 impl<'a> Flat<'a> {
-    pub fn new(words: &'a [Word]) -> Self {
-        Self { words, state: FlatState::default(), stack: vec![] }
+    pub fn new(words: &'a [Sign]) -> Self {
+        Self { words, state: FlatState::default(), stack: vec![], strokes: vec![] }
     }
 
     /// The whole chain, read as it stands.
-    pub fn original(words: &'a [Word]) -> Vec<Stroke> {
-        let (mut turtle, mut strokes) = (Self::new(words), vec![]);
-        (0..words.len() as u32).for_each(|m| turtle.read(m, m, &mut strokes).unwrap());
-        strokes
+    pub fn original(words: &'a [Sign]) -> Vec<Stroke> {
+        let mut turtle = Self::new(words);
+        (0..words.len() as u32).for_each(|m| turtle.read(m, m).unwrap());
+        turtle.strokes
     }
 }
 
 impl LevelTurtle for Flat<'_> {
     type State = FlatState;
-    type Shape = Stroke;
+    type Mark = usize;
 
-    fn begin(&mut self, depth: u32) {
-        self.state.depth = depth;
+    fn begin(&mut self, brackets: u32) {
+        self.state.depth += brackets;
     }
 
-    fn read(&mut self, stored: u32, position: u32, strokes: &mut Vec<Stroke>) -> Result<()> {
+    fn read(&mut self, stored: u32, position: u32) -> Result<()> {
         let word = &self.words[stored as usize];
         match (word.name.as_str(), word.length) {
             ("[", _) => {
@@ -242,8 +244,8 @@ impl LevelTurtle for Flat<'_> {
             ("-", _) => self.state.heading -= 0.3,
             (_, Some(length)) => {
                 let FlatState { at, heading, depth, on } = self.state;
-                strokes.push(Stroke { from: at, length, heading, depth, module: position, on });
-                self.state.on = Some(strokes.len() as u32 - 1);
+                self.strokes.push(Stroke { from: at, length, heading, depth, module: position, on });
+                self.state.on = Some(self.strokes.len() as u32 - 1);
                 self.state.at = [at[0] + length * heading.sin(), at[1] + length * heading.cos()];
             }
             _ => {}
@@ -258,6 +260,20 @@ impl LevelTurtle for Flat<'_> {
     fn restore(&mut self, state: &FlatState) {
         self.state = state.clone();
     }
+
+    fn mark(&self) -> usize {
+        self.strokes.len()
+    }
+
+    fn rewind(&mut self, mark: usize) {
+        self.strokes.truncate(mark);
+    }
+}
+
+/// The strokes of the first `n` levels.
+fn strokes_of(levels: &mut Levels<Flat>, chain: &Multichain, n: usize) -> Vec<Stroke> {
+    let mark = levels.first(chain, n).unwrap();
+    levels.turtle().strokes[..mark].to_vec()
 }
 
 /// Strokes in the order of their modules, standing on modules instead of strokes: what two orders of output have in common.
@@ -269,7 +285,7 @@ pub(super) fn in_chain_order(strokes: &[Stroke]) -> Vec<Stroke> {
 }
 
 /// A trunk of `n / 2` pieces with a twig at each fork; twigs of three lengths.
-fn caterpillar(n: usize) -> Vec<Word> {
+fn caterpillar(n: usize) -> Vec<Sign> {
     words(&(0..n / 2).map(|i| format!("F[F({})]", 1 + i % 3)).collect::<String>())
 }
 
@@ -301,14 +317,14 @@ proptest! {
         let mut before: Vec<Stroke> = vec![];
         for n in 1..=chain.levels() {
             prop_assert_eq!(lazily.drawn(), n - 1, "nothing is drawn before it is asked for");
-            let strokes = lazily.first(&chain, n).unwrap().to_vec();
+            let strokes = strokes_of(&mut lazily, &chain, n);
             prop_assert!(strokes.starts_with(&before));
-            prop_assert_eq!(&strokes[before.len()..], lazily.level(&chain, n).unwrap());
+            prop_assert_eq!(lazily.turtle().strokes.len(), strokes.len(), "nor anything beyond it");
             prop_assert!(strokes.iter().enumerate().all(|(s, stroke)| stroke.on.is_none_or(|on| (on as usize) < s)));
             before = strokes;
         }
         prop_assert_eq!(in_chain_order(&before), in_chain_order(&Flat::original(&words)));
-        prop_assert_eq!(lazily.first(&chain, usize::MAX).unwrap().len(), before.len());
+        prop_assert_eq!(strokes_of(&mut lazily, &chain, usize::MAX).len(), before.len());
     }
 
     #[test]
@@ -320,6 +336,7 @@ proptest! {
         prop_assert!(modules.windows(2).all(|w| w[0] < w[1]), "each module at most once");
         let kept = |m: usize| modules.binary_search(&(m as u32)).is_ok();
         prop_assert!(words.iter().enumerate().all(|(m, w)| kept(m) || matches!(w.role(), Role::Open | Role::Close)));
+        prop_assert_eq!(chain.saves(), chain.items().filter(|i| matches!(i, Item::Save(_))).count());
     }
 
     /// The first from the root, every later one from a state that an earlier one saved, each to a leaf.
@@ -329,10 +346,88 @@ proptest! {
         for n in 1..=chain.levels() {
             let level = chain.level(n);
             prop_assert_eq!(level[0].restore.is_some(), n > 1);
-            prop_assert!(level[1..].iter().all(|step| step.restore.is_none()));
+            // Within a level, only a tail makes it necessary to go back, by one branch.
+            prop_assert!(level.windows(3).all(|w| w[2].restore.is_none() || w[2].restore == w[0].save && w[1].save.is_none()));
             prop_assert!(level.last().unwrap().save.is_none());
             let saved: Vec<u32> = chain.first(n - 1).iter().filter_map(|s| s.save).collect();
             prop_assert!(level[0].restore.is_none_or(|number| saved.contains(&number)));
         }
     }
+}
+
+/// What a stream says of each module of the tests.
+fn word<'a>(signs: &'a [Sign]) -> impl Fn(u32) -> Word<'a> {
+    |stored| {
+        let Sign { name, length } = &signs[stored as usize];
+        Word { name, params: length.as_slice() }
+    }
+}
+
+/// The tree that has been received, drawn.
+fn drawn(receiver: &Receiver) -> Vec<Stroke> {
+    let sign = |stored| {
+        let Word { name, params } = receiver.word(stored).unwrap();
+        Sign { name: name.to_owned(), length: params.first().copied() }
+    };
+    let signs: Vec<Sign> = (0..receiver.modules() as u32).map(sign).collect();
+    strokes_of(&mut Levels::new(Flat::new(&signs)), receiver.chain(), usize::MAX)
+}
+
+proptest! {
+    #[test]
+    fn every_prefix_of_a_stream_is_a_tree(words in any_words(60), metric in prop::sample::select(&METRICS)) {
+        let chain = Multichain::new(&tree_of(&words), metric);
+        let bytes = stream::write(&chain, word(&words)).unwrap();
+        let whole = strokes_of(&mut Levels::new(Flat::new(&words)), &chain, usize::MAX);
+        let mut piecewise = Receiver::default();
+        let mut levels = 0;
+        for cut in 0..=bytes.len() {
+            let prefix = Receiver::read(&bytes[..cut]).unwrap();
+            prop_assert!(whole.starts_with(&drawn(&prefix)));
+            prop_assert_eq!(prefix.chain(), piecewise.chain());
+            prop_assert_eq!(prefix.reception(), piecewise.reception());
+            prop_assert!(prefix.whole_levels() >= levels);
+            levels = prefix.whole_levels();
+            prop_assert_eq!(prefix.chain().first(levels), chain.first(levels).iter().zip(prefix.chain().steps()).map(|(step, got)| {
+                Step { modules: got.modules.clone(), ..step.clone() }
+            }).collect::<Vec<_>>());
+            if let Reception::MidModule { offset, bytes: waiting } = prefix.reception() {
+                prop_assert_eq!(offset + waiting, cut);
+            }
+            piecewise.push(&bytes[cut..(cut + 1).min(bytes.len())]).unwrap();
+        }
+        prop_assert_eq!(piecewise.reception(), Reception::Whole);
+        prop_assert_eq!(levels, chain.levels());
+        prop_assert_eq!(drawn(&piecewise), whole);
+        prop_assert_eq!(in_chain_order(&drawn(&piecewise)), in_chain_order(&Flat::original(&words)));
+    }
+
+    #[test]
+    fn damaged_streams_are_refused_or_read_but_never_fatal(words in any_words(60), harm in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4)) {
+        let chain = Multichain::new(&tree_of(&words), Metric::BranchingLength);
+        let mut bytes = stream::write(&chain, word(&words)).unwrap();
+        harm.iter().for_each(|(at, byte)| *at.get_mut(&mut bytes) = *byte);
+        let mut receiver = Receiver::default();
+        let _ = receiver.push(&bytes);
+        let held = receiver.chain().steps().iter().flat_map(|s| s.modules.clone());
+        prop_assert!(held.eq(0..receiver.modules() as u32));
+    }
+}
+
+#[test]
+fn a_cut_in_mid_module_is_said_and_a_broken_stream_refused() {
+    let words = words("F(1)[+F(2)][-F(3)]");
+    let chain = Multichain::new(&tree_of(&words), Metric::BranchingLength);
+    let bytes = stream::write(&chain, word(&words)).unwrap();
+    // Magic 5, branch 3, symbol 4, module 1 + 8.
+    assert_eq!(Receiver::read(&bytes[..15]).unwrap().reception(), Reception::MidModule { offset: 12, bytes: 3 });
+    assert_eq!(Receiver::read(&bytes[..21]).unwrap().reception(), Reception::BetweenModules);
+    assert_eq!(Receiver::read(&bytes).unwrap().reception(), Reception::Whole);
+    let refused = |bytes: &[u8]| Receiver::read(bytes).unwrap_err().to_string();
+    assert!(refused(b"SBMX").contains("byte 0 does not begin"));
+    assert!(refused(&[&bytes[..], &[0]].concat()).contains("follows the end"));
+    assert!(refused(b"SBMC\x01\x06").contains("byte 5 has a symbol that was never introduced"));
+    assert!(refused(b"SBMC\x01\x03\x00\x00\x01\x00").contains("byte 8 restores a state"));
+    assert!(refused(b"SBMC\x01\x03\xff\xff\xff\xff\x0f\x00").contains("more brackets"));
+    assert!(refused(&[b"SBMC\x01".as_slice(), &[0xff; 10]].concat()).contains("64 bits"));
 }

@@ -1,5 +1,6 @@
 //! Materials and textures (glTF 2.0, 3.8–3.9): the base colour, what is cut out, and how the texture lies on the surface.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -24,10 +25,19 @@ const MIRRORED_REPEAT: u64 = 33_648;
 /// A texture, mirrored across and down or not.
 type Unfolded = (usize, bool, bool);
 
+/// A texture and what its alpha channel says.
+struct Picture {
+    image: Arc<RgbaImage>,
+    /// No texel is transparent at all.
+    solid: bool,
+    /// A share of it that nobody would overlook is transparent.
+    cut_out: bool,
+}
+
 /// The materials of a file, with their pictures decoded.
 pub struct Materials<'a> {
     document: &'a Document,
-    pictures: BTreeMap<usize, Arc<RgbaImage>>,
+    pictures: BTreeMap<usize, Picture>,
     unfolded: BTreeMap<Unfolded, Arc<RgbaImage>>,
     nothing: Source,
 }
@@ -40,19 +50,24 @@ impl<'a> Materials<'a> {
         used.sort_unstable();
         used.dedup();
         let mut budget = PixelBudget::default();
-        let encoded: Vec<(usize, Result<Vec<u8>, String>)> = used
+        let encoded: Vec<(usize, Result<Cow<[u8]>, String>)> = used
             .into_iter()
             .map(|image| {
                 let bytes = encoded(document, bytes, folder, image);
                 (image, bytes.and_then(|bytes| budget.admit(&bytes).map(|()| bytes)))
             })
             .collect();
-        let decoded: Vec<(usize, Result<RgbaImage, String>)> =
-            encoded.into_par_iter().map(|(image, bytes)| (image, bytes.and_then(|bytes| picture::decode(&bytes)))).collect();
+        let open = |bytes: Cow<[u8]>| {
+            let image = picture::decode(&bytes)?;
+            let (solid, cut_out) = (image.pixels().all(|p| p[3] == 255), picture::has_cut_outs(&image));
+            Ok(Picture { image: Arc::new(image), solid, cut_out })
+        };
+        let decoded: Vec<(usize, Result<Picture, String>)> =
+            encoded.into_par_iter().map(|(image, bytes)| (image, bytes.and_then(open))).collect();
         let mut pictures = BTreeMap::new();
         for (image, decoded) in decoded {
             match decoded {
-                Ok(picture) => drop(pictures.insert(image, Arc::new(picture))),
+                Ok(picture) => drop(pictures.insert(image, picture)),
                 Err(why) => {
                     let name = document.images.get(image).map_or_else(String::new, |image| shortened(&image.name));
                     warnings.missing_texture(&named(&name, "texture", image), &why);
@@ -84,12 +99,24 @@ impl<'a> Materials<'a> {
         let name = material.map_or_else(String::new, |number| named(&shortened(&source.name), "material", number));
         let (cutoff, mode, two_sided) = (source.alpha_cutoff, source.alpha_mode.clone(), source.double_sided);
         let used = if uvs.is_empty() { None } else { texture_use(source).map(|used| used.index) };
+        let picture = used.and_then(|texture| self.pictures.get(&image_of(self.document, texture)?));
+        let (solid, cut_out) = picture.map_or((true, false), |picture| (picture.solid, picture.cut_out));
         let (texture, wrap) = used.and_then(|texture| self.texture(texture, uvs)).unzip();
         let mut dressed = Material { name, factor, texture, wrap: wrap.unwrap_or(Wrap::Repeat), alpha_cutoff: None, two_sided };
         match mode.as_deref() {
             Some("MASK") => dressed.alpha_cutoff = Some(cutoff.filter(|c| c.is_finite()).unwrap_or(DEFAULT_CUTOFF)),
-            Some("BLEND") => blend(&mut dressed, warnings),
-            _ => dressed.factor[3] = 1.0,
+            // What blends with nothing is opaque: some exporters say BLEND of everything.
+            Some("BLEND") if !solid || factor[3] < 1.0 => blend(&mut dressed, warnings),
+            _ => {
+                dressed.factor[3] = 1.0;
+                if cut_out {
+                    let message = format!(
+                        "the material {} is opaque (alphaMode), though its texture has gaps; the gaps are drawn",
+                        dressed.name
+                    );
+                    warnings.add("alpha-unused", message);
+                }
+            }
         }
         dressed
     }
@@ -97,7 +124,7 @@ impl<'a> Materials<'a> {
     /// The picture of a texture, and how it goes on outside 0..1 where the surface has such coordinates.
     fn texture(&mut self, texture: usize, uvs: &mut [Vec2]) -> Option<(Arc<RgbaImage>, Wrap)> {
         let image = image_of(self.document, texture)?;
-        let picture = self.pictures.get(&image)?.clone();
+        let picture = self.pictures.get(&image)?.image.clone();
         let sampler = self.document.textures.get(texture)?.sampler.and_then(|sampler| self.document.samplers.get(sampler));
         let modes = sampler.map_or([None; 2], |sampler| [sampler.wrap_s, sampler.wrap_t]);
         let beyond = |axis: usize| uvs.iter().any(|uv| !(-1e-4..=1.0001).contains(&uv[axis]));
@@ -123,13 +150,8 @@ impl<'a> Materials<'a> {
     }
 }
 
-/// `BLEND` asks for sorting, which trees do without: it is cut out instead. What blends with nothing is opaque: exporters say
-/// `BLEND` of whole files.
+/// `BLEND` asks for sorting, which trees do without: it is cut out instead.
 fn blend(material: &mut Material, warnings: &mut Warnings) {
-    if material.factor[3] >= 1.0 && material.texture.as_ref().is_none_or(|texture| texture.pixels().all(|p| p[3] == 255)) {
-        material.factor[3] = 1.0;
-        return;
-    }
     material.alpha_cutoff = Some(ALPHA_CUTOFF * material.factor[3].clamp(0.01, 1.0));
     warnings.add(
         "blend-as-mask",
@@ -142,18 +164,21 @@ fn texture_use(material: &Source) -> Option<&TextureUse> {
     older.map_or(&material.pbr_metallic_roughness.base_color_texture, |older| &older.diffuse_texture).as_ref()
 }
 
-/// The image of a texture: its WebP form when it has one.
+/// The image of a texture: its WebP form when it has one. Of images with the same bytes, the first.
 fn image_of(document: &Document, texture: usize) -> Option<usize> {
     let texture = document.textures.get(texture)?;
-    texture.extensions.webp.as_ref().map(|webp| webp.source).or(texture.source)
+    let image = texture.extensions.webp.as_ref().map(|webp| webp.source).or(texture.source)?;
+    Some(document.first_alike.get(image).copied().unwrap_or(image))
 }
 
 /// The bytes of an image, from its buffer view, its `data:` URI or its file.
-fn encoded(document: &Document, bytes: &Bytes, folder: &Folder, image: usize) -> Result<Vec<u8>, String> {
+fn encoded<'b>(document: &Document, bytes: &'b Bytes, folder: &Folder, image: usize) -> Result<Cow<'b, [u8]>, String> {
     let about = document.images.get(image).ok_or_else(|| "is not in the file".to_owned())?;
     match (&about.uri, about.buffer_view) {
-        (_, Some(view)) => bytes.view(document, view).map(|(bytes, _)| bytes.to_vec()).map_err(|e| format!("cannot be had ({e})")),
-        (Some(uri), None) => folder.uri(uri),
+        (_, Some(view)) => {
+            bytes.view(document, view).map(|(bytes, _)| Cow::Borrowed(bytes)).map_err(|e| format!("cannot be had ({e})"))
+        }
+        (Some(uri), None) => folder.uri(uri).map(Cow::Owned),
         (None, None) => Err("has no bytes".to_owned()),
     }
 }

@@ -6,12 +6,14 @@ mod geometry;
 mod material;
 mod schema;
 
+use std::collections::BTreeMap;
+
 use glam::{DMat4, DQuat, DVec3};
 use serde_json::Value;
 
 use super::Warnings;
 use super::folder::{Folder, shortened};
-use crate::model::Part;
+use crate::model::{Part, Wrap};
 use crate::{Error, Result};
 
 use bytes::{Bytes, Elements};
@@ -34,6 +36,12 @@ const NOT_READ: [(&str, &str); 4] = [
     ("KHR_texture_basisu", "export it with PNG, JPEG or WebP textures instead of KTX2 (gltfpack: leave out -tc)"),
 ];
 
+/// From how many meshes in their places those of one material become one part.
+const MOST_PARTS: usize = 64;
+
+/// What makes surfaces look alike: material, whether there is a texture, how wide it is (twice, when mirrored), how it goes on.
+type Looks = (Option<usize>, bool, Option<u32>, Wrap);
+
 /// An open file.
 pub struct File<'a> {
     document: Document,
@@ -48,7 +56,7 @@ impl<'a> File<'a> {
     /// [`Error::BrokenModel`] for damaged bytes, [`Error::GltfExtension`] for a file that cannot be understood without an extension.
     pub fn open(bytes: &'a [u8]) -> Result<Self> {
         let (json, binary) = chunks(bytes)?;
-        let document: Document = serde_json::from_slice(json).map_err(|e| broken(format!("its JSON cannot be read ({e})")))?;
+        let mut document: Document = serde_json::from_slice(json).map_err(|e| broken(format!("its JSON cannot be read ({e})")))?;
         if !document.asset.version.starts_with("2.") {
             return Err(broken(format!("it is of version “{}” instead of 2.0", shortened(&document.asset.version))));
         }
@@ -60,6 +68,7 @@ impl<'a> File<'a> {
                 return Err(Error::GltfExtension { name: shortened(name), remedy });
             }
         }
+        document.compare_images();
         Ok(Self { document, binary, length: bytes.len() })
     }
 
@@ -75,16 +84,31 @@ impl<'a> File<'a> {
     pub fn parts(&self, folder: &Folder, warnings: &mut Warnings) -> Result<Vec<Part>> {
         let document = &self.document;
         let bytes = Bytes::fetch(document, self.binary, folder);
-        let mut spent = Spent { left: self.length.saturating_add(MORE_VERTICES), length: self.length };
+        let left = self.length.saturating_add(MORE_VERTICES).min(u32::MAX as usize);
+        let mut spent = Spent { left, length: self.length };
         let mut materials = Materials::read(document, &bytes, folder, warnings);
-        let mut parts = Vec::new();
-        for placed in self.placed(&bytes, &mut spent, warnings)? {
+        let mut parts: Vec<Part> = Vec::new();
+        let placed = self.placed(&bytes, &mut spent, warnings)?;
+        // A tree of ten thousand nodes, one for each leaf, is to become a surface of leaves and not ten thousand surfaces.
+        let gather = placed.len() > MOST_PARTS;
+        let mut gathered: BTreeMap<Looks, usize> = BTreeMap::new();
+        for placed in placed {
             let mesh = pick(&document.meshes, placed.mesh, "mesh")?;
             for (number, primitive) in mesh.primitives.iter().enumerate() {
                 let geometry = Geometry { document, bytes: &bytes, primitive };
                 let placement = materials.placement(primitive.material);
                 let Some(mut surface) = geometry.surface(placed.world, placement, &mut spent, warnings)? else { continue };
                 let material = materials.dressed(primitive.material, &mut surface.uvs, warnings);
+                if gather {
+                    let next = parts.len();
+                    let looks =
+                        (primitive.material, surface.uvs.is_empty(), material.texture.as_ref().map(|t| t.width()), material.wrap);
+                    let part = *gathered.entry(looks).or_insert(next);
+                    if part < next {
+                        parts[part].surface.append(surface);
+                        continue;
+                    }
+                }
                 let own = if placed.name.is_empty() { &mesh.name } else { placed.name };
                 let mut name = named(&shortened(own), "mesh", placed.mesh);
                 if mesh.primitives.len() > 1 {
