@@ -4,9 +4,10 @@
 #import shared/light
 #import shared/shadow
 #import shared/sky
-
-const SKY: u32 = 0u;
 #import shared/id
+
+// gpu::layout::Frame::background where there is air to see through.
+const SKY: u32 = 0u;
 
 // Crowns near enough to grow, by slot.
 @group(0) @binding(8) var<storage, read> crowns: array<GrowingCrown>;
