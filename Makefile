@@ -17,9 +17,10 @@ test: ## all tests, with the checks by OpenCV, scikit-image, Open3D and the Khro
 test-full: ## the tests, and Blender opens and renders a model (installs another 0.9 GB)
 	@scripts/test full
 
-sheets: ## contact sheets of every photograph into results/local
+sheets: ## contact sheets of every photograph and every preset into results/local
 	@scripts/setup demo
 	cargo run --release --locked --example contact_sheets
+	cargo run --release --locked --example preset_sheet
 
 bench: ## the benchmarks, into results/<date>-<cores>-core-cpu
 	@scripts/bench

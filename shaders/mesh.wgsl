@@ -1,15 +1,15 @@
 // Surfaces of placed trees into the temporary colour, depth and id buffers (She §3.4, fig. 14).
 #import shared/frame
 #import shared/tree
+#import shared/id
 #import shared/light
 #import shared/shadow
 #import shared/sky
 
-const SKY: u32 = 0u;
-#import shared/id
-
 // Crowns near enough to grow, by slot.
 @group(0) @binding(8) var<storage, read> crowns: array<GrowingCrown>;
+
+const SKY: u32 = 0u;
 
 struct Seen {
     @builtin(position) position: vec4f,
@@ -76,18 +76,19 @@ fn fs_main(seen: Seen, @builtin(front_facing) front: bool) -> Drawn {
     if color.a < material.alpha_cutoff {
         discard;
     }
-    let n = normalize(seen.normal);
     var shown = color.rgb;
     if frame.lit > 0.0 {
+        let n = normalize(seen.normal);
         shown = mix(shown, lit(shown, seen, select(-n, n, front)), frame.lit);
     }
-    return Drawn(vec4f(shown, 1.0), id_of(seen, n));
+    return Drawn(vec4f(shown, 1.0), id_of(seen));
 }
 
-fn id_of(seen: Seen, n: vec3f) -> u32 {
+fn id_of(seen: Seen) -> u32 {
     if material.grows == 0u || seen.slot == 0u {
         return 0u;
     }
     let slot = seen.slot + material.grows - 1u;
-    return crown_id(slot, crowns[slot], seen.from_center, abs(dot(n, normalize(frame.eye - seen.world))));
+    let toward_eye = normalize(frame.eye - seen.world);
+    return crown_id(slot, crowns[slot], seen.from_center, abs(dot(normalize(seen.normal), toward_eye)));
 }

@@ -9,7 +9,7 @@ use glam::{DVec2, Vec2, Vec3};
 use image::{Rgba, RgbaImage};
 use proptest::prelude::*;
 use sphereboard::geom::{PolyMesh, Surface};
-use sphereboard::model::{About, ModelCrown, Profile, TreeModel, TrunkShape, glb};
+use sphereboard::model::{About, Growth, GrowthProfile, ModelCrown, Profile, TreeModel, TrunkShape, glb};
 use sphereboard::raster::Rect;
 use sphereboard::{Error, Seed, files};
 
@@ -58,6 +58,7 @@ fn about() -> About {
         feature_points: vec![Profile { azimuth_deg: 90.1, left_px: vec![DVec2::new(0.1, 7.0 / 11.0)], right_px: vec![] }],
         exemplar_window_px: Some(Rect { x: 1, y: 2, width: 3, height: 4 }),
         gap_fraction: 0.123_456_789_012_345_68,
+        growth: Growth { profile: GrowthProfile::Needle, min_m: 0.01, max_m: 0.1 + 0.2, spacing_m: 1.0 / 7.0 },
     }
 }
 
@@ -153,7 +154,7 @@ fn other_files_are_refused_by_name() {
         patched[at..at + to.len()].copy_from_slice(to.as_bytes());
         refused(&patched)
     };
-    assert!(matches!(patched("\"format\":1", "\"format\":7"), Error::GlbVersion { found: 7, known: 1 }));
+    assert!(matches!(patched("\"format\":2", "\"format\":7"), Error::GlbVersion { found: 7, known: 2 }));
     assert!(matches!(patched("\"sphereboard\"", "\"squareboard\""), Error::ForeignGlb { .. }));
     assert!(matches!(patched("\"quads\":72", "\"quads\":71"), Error::ForeignGlb { .. }));
     assert!(matches!(patched("\"count\":117", "\"count\":999"), Error::BrokenGlb { .. }));

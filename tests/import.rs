@@ -254,6 +254,18 @@ fn alpha_modes_become_cut_outs() {
     let (blend, warned) = material(json!({"alphaMode": "BLEND"}));
     assert_eq!((blend.alpha_cutoff, warned.as_str()), (Some(0.5), "blend-as-mask"));
     assert_eq!(blend.texture.unwrap().as_ref(), &picture());
+    // Two images of the same bytes are one.
+    let mut twice = textured(&picture(), json!({"alphaMode": "MASK"}), json!({}));
+    let image = twice.json["images"][0].clone();
+    twice.push("images", image);
+    twice.push("textures", json!({"source": 1}));
+    twice.push("materials", json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}}));
+    let mut primitive = twice.json["meshes"][0]["primitives"][0].clone();
+    primitive["material"] = json!(1);
+    twice.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(primitive);
+    let parts = read(&twice).parts;
+    let [one, other] = [0, 1].map(|k: usize| parts[k].material.texture.as_ref().unwrap());
+    assert!(std::sync::Arc::ptr_eq(one, other));
     let (unsaid, warned) = material(json!({}));
     assert_eq!((unsaid.alpha_cutoff, warned.as_str()), (None, "alpha-unused"));
     let solid = RgbaImage::from_pixel(2, 2, Rgba([1, 2, 3, 255]));
@@ -464,6 +476,14 @@ fn a_file_that_ends_early_or_nests_deep_does_no_harm() {
     let places = many.push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 4_000_000_000u32}));
     many.json["nodes"][0]["extensions"] = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": places}}});
     assert!(failure(&many.glb()).contains("more vertices than can be held"));
+    // Nothing, fifty million times.
+    let mut nothing = square();
+    let none = nothing.indices(&[]);
+    let primitive = json!({"attributes": {"POSITION": 0}, "indices": none});
+    nothing.json["meshes"][0]["primitives"] = std::iter::repeat_n(primitive, 10_000).collect();
+    nothing.json["nodes"] = std::iter::repeat_n(json!({"mesh": 0}), 5000).collect();
+    nothing.json["scenes"][0]["nodes"] = (0..5000).collect();
+    assert!(failure(&nothing.glb()).contains("more vertices than can be held"));
     // JSON that nests.
     let nested = format!("{}{}", "{\"a\":".repeat(100_000), "1");
     assert!(failure(nested.as_bytes()).contains("JSON"));

@@ -6,7 +6,7 @@ use glam::{Quat, Vec2, Vec3};
 use image::{Rgba, RgbaImage};
 use sphereboard::geom::{PolyMesh, Surface};
 use sphereboard::model::reference::{Asked, By, ReferenceTree, Role};
-use sphereboard::model::{Material, Part};
+use sphereboard::model::{About, Material, ModelCrown, Part, TreeModel, TrunkShape, glb, import};
 use sphereboard::{Error, Seed, files};
 
 /// The shared trees: leaves and leaf quads as their makers say (CREDITS.csv).
@@ -261,4 +261,71 @@ fn a_hundred_thousand_leaves_in_one_place_do_not_take_forever() {
     let tree = tree(vec![part("a", Material::default(), stem(5.0)), part("b", half_cut(), heap)]);
     assert_eq!(tree.leaf_quads(), 100_000);
     assert!(started.elapsed().as_secs() < 20);
+}
+
+#[test]
+fn inspect_prints_for_people_and_programs() {
+    let place = tempfile::tempdir().unwrap();
+    let obj = "usemtl bark\nv 0 0 0\nv 1 0 0\nv 1 3 0\nv 0 3 0\nf 1 2 3 4\n";
+    let path = place.path().join("my tree.obj");
+    std::fs::write(&path, obj).unwrap();
+    let run = |arguments: &[&str]| {
+        let output = assert_cmd::Command::cargo_bin("sphereboard").unwrap().arg("inspect").args(arguments).output().unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        (output.status.code(), text(output.stdout), text(output.stderr))
+    };
+    let path = path.to_str().unwrap();
+    let (code, table, _) = run(&[path]);
+    assert_eq!(code, Some(0));
+    assert!(table.contains("3.00 m high") && table.contains("bark is wood") && table.contains("warning: no leaves"), "{table}");
+    let (code, report, errors) = run(&["--json", "--leaves", "bark", path, "gone.glb"]);
+    assert_eq!((code, errors.as_str()), (Some(1), ""));
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let [tree, gone] = &report["files"].as_array().unwrap()[..] else { panic!("two files") };
+    assert_eq!((&tree["leaves"], &tree["leaf_quads"], &tree["triangles"]), (&1.into(), &1.into(), &2.into()));
+    assert_eq!(tree["parts"][0]["role"], "foliage");
+    assert!(gone["error"].as_str().unwrap().contains("there is no file gone.glb"));
+    let (code, _, errors) = run(&["--wood", "brak", path]);
+    assert_eq!(code, Some(1));
+    assert!(errors.contains("--wood names the material brak, but the file has bark"), "{errors}");
+}
+
+#[test]
+fn a_model_of_ours_is_known_again() {
+    let crown = leaves(1, Form::Quads);
+    let about = About {
+        format: About::FORMAT,
+        program: About::this_program(),
+        seed: 1,
+        sources: vec![],
+        height_m: 9.0,
+        height_guessed: true,
+        parameters: serde_json::Map::new(),
+        feature_points: vec![],
+        exemplar_window_px: None,
+        gap_fraction: 0.0,
+        growth: sphereboard::model::Growth::likely(sphereboard::model::GrowthProfile::Broadleaf, 9.0),
+    };
+    let texture = RgbaImage::from_pixel(2, 2, Rgba([1, 2, 3, 255]));
+    let center = Vec3::Y * 5.0;
+    let trunk = Some(TrunkShape::guessed(Vec3::Y * 2.0, Vec3::Y * 5.0, 10.0).build());
+    let model = TreeModel { crowns: vec![ModelCrown { surface: crown, texture, center }], trunk, about };
+    let bytes = glb::write(&model).unwrap();
+    let imported = import::read(&bytes, &import::Folder::default()).unwrap();
+    assert_eq!((imported.tree_model.as_ref(), imported.parts[0].crown_center), (Some(&model), Some(center)));
+    let tree = ReferenceTree::new("oak".to_owned(), imported.parts, &Asked::default()).unwrap();
+    assert!(tree.leaves.is_empty(), "a crown is one surface");
+    assert_eq!(
+        tree.told.iter().map(|told| (told.role, told.by)).collect::<Vec<_>>(),
+        [(Role::Foliage, By::Model), (Role::Wood, By::Model)]
+    );
+    // Rearranged by another program, it is a mesh like any other.
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    assert!(text.contains("\"triangles\":"));
+    let at = bytes.windows(9).position(|w| w == b"\"triangle").unwrap();
+    let mut changed = bytes;
+    changed[at + 1] = b'T';
+    let imported = import::read(&changed, &import::Folder::default()).unwrap();
+    assert_eq!((imported.tree_model.is_none(), imported.warnings[0].code.as_str()), (true, "changed-model"));
+    assert_eq!(imported.parts.len(), 2);
 }

@@ -21,7 +21,7 @@ fn sun_on_face(n: vec3f) -> vec3f {
 fn sun_on_foliage(n: vec3f, toward_eye: vec3f) -> vec3f {
     let wrapped = max((dot(n, frame.toward_sun) + 0.35) / 1.35, 0.0);
     let against = max(-dot(toward_eye, frame.toward_sun), 0.0);
-    return frame.sun_color * (wrapped + TRANSLUCENCY * (0.15 + 0.85 * against * against * against) * THROUGH_LEAVES);
+    return frame.sun_color * (wrapped + TRANSLUCENCY * (0.08 + 0.92 * against * against * against) * THROUGH_LEAVES);
 }
 
 // Linear light as a picture holds it: what is brighter than three quarters runs out softly instead of being cut, with its hue.

@@ -10,6 +10,7 @@ mod inspect;
 mod look;
 mod model;
 mod options;
+mod preview;
 mod render;
 mod say;
 mod segment;

@@ -4,19 +4,22 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::parser::ValueSource;
-use clap::{Arg, ArgMatches, Command, value_parser};
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::{Value, json};
 
 use crate::crown::CrownParams;
+use crate::model::ProfileParams;
 use crate::model::glb;
-use crate::model::pipeline::{self, DECODE, ModelParams, ModelRun, Request, STAGES, SizeParams, View, WRITE};
+use crate::model::pipeline::{self, DECODE, ModelParams, ModelRun, PREVIEW, Request, STAGES, SizeParams, View, WRITE};
 use crate::photo::{DecodeParams, ExemplarParams, SegmentParams, SilhouetteParams, decode};
+use crate::raster::png;
 use crate::texture::{BakeParams, SynthParams};
-use crate::{Error, Result, Seed, report};
+use crate::{Error, Result, Seed, Warning, report};
 
 use super::batch::{self, Batch, Job, Made, Plan, texts_of};
 use super::hints::HintOptions;
-use super::{Outcome, hints, options};
+use super::preview::Previews;
+use super::{Outcome, hints, look, options};
 
 /// The command's arguments.
 pub fn command() -> Command {
@@ -25,7 +28,7 @@ pub fn command() -> Command {
             "sphereboard model [OPTIONS] --out <DIR> <PHOTO>...\n       \
              sphereboard model [OPTIONS] --out <DIR> --views <PHOTO@DEG>...",
         )
-        .about("Turn photographs of trees into small textured models: <stem>.glb and <stem>.json (parameters, counts, times, warnings)")
+        .about("Turn photographs of trees into small textured models: <stem>.glb, <stem>.json (parameters, counts, times, warnings) and <stem>.preview.png")
         .arg(
             Arg::new("photos")
                 .value_name("PHOTO")
@@ -61,8 +64,15 @@ pub fn command() -> Command {
                 .default_value("1")
                 .help("Seed of every random choice; same photograph, options and seed give the same bytes"),
         );
+    let command = look::add_adapter(command).arg(
+        Arg::new("no-preview")
+            .long("no-preview")
+            .action(ArgAction::SetTrue)
+            .help("Do not draw <stem>.preview.png, the model from the front, the right and 45° above"),
+    );
     let command = hints::add(command);
     let command = options::add::<SizeParams>(command, "Size");
+    let command = options::add::<ProfileParams>(command, "Growth of the outline");
     let command = options::add::<CrownParams>(command, "Crown surface (She §3.1, fig. 8-9)");
     let command = options::add::<SynthParams>(command, "Texture (She §3.2, fig. 10-12)");
     let command = options::add::<BakeParams>(command, "Atlas");
@@ -80,7 +90,7 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let plan = Plan {
         jobs: &jobs,
         masks: settings.hints.masks(),
-        suffixes: &[".glb", ".json"],
+        suffixes: &[".glb", ".json", ".preview.png"],
         drawings: settings.debug_dir.as_deref(),
         stages: STAGES.len(),
     };
@@ -96,6 +106,8 @@ struct Settings {
     hints: HintOptions,
     seed: Seed,
     debug_dir: Option<PathBuf>,
+    /// `None` when nobody wants them.
+    previews: Option<Previews>,
 }
 
 impl Settings {
@@ -110,11 +122,13 @@ impl Settings {
                 texture: options::read(matches)?,
                 bake: options::read(matches)?,
                 size: options::read(matches)?,
+                outline: options::read(matches)?,
             },
             height_is_given: matches.value_source("height_m") == Some(ValueSource::CommandLine),
             hints: HintOptions::read(matches, photos)?,
             seed: Seed(options::whole(matches, "seed", 0..=u64::MAX)?.expect("clap gives the default")),
             debug_dir: matches.get_one("debug-dir").cloned(),
+            previews: (!matches.get_flag("no-preview")).then(|| Previews::new(look::adapter(matches))),
             batch,
             decode,
         })
@@ -141,11 +155,23 @@ impl Settings {
             seed: self.seed,
             sources: job.photos.iter().filter_map(|p| p.file_name()).map(|name| name.to_string_lossy().into_owned()).collect(),
         };
-        let run = pipeline::run(&request, step).map_err(|error| match error {
+        let mut run = pipeline::run(&request, step).map_err(|error| match error {
             Error::InView { view, cause } => Error::InFile { path: job.photos[view].clone(), cause },
             of_all => of_all,
         })?;
         stages_ms.extend(&run.stages_ms);
+
+        let previewing = Instant::now();
+        let preview = match self.previews.as_ref().map(|previews| previews.draw(&run.model)) {
+            Some(Ok(picture)) => Some((self.batch.path(job, ".preview.png"), png(&picture)?)),
+            Some(Err(cause)) => {
+                run.warnings.push(Warning::new("no-preview", format!("no preview was drawn, the model is whole: {cause}")));
+                None
+            }
+            None => None,
+        };
+        stages_ms.push((PREVIEW, ms_since(previewing)));
+        step(PREVIEW);
 
         let writing = Instant::now();
         let glb = glb::write(&run.model)?;
@@ -161,7 +187,7 @@ impl Settings {
 
         let json_bytes = serde_json::to_vec_pretty(&report).expect("a JSON value serialises");
         let own = [(self.batch.path(job, ".glb"), glb), (self.batch.path(job, ".json"), json_bytes)];
-        Ok(Made { files: own.into_iter().chain(drawings).collect(), warnings: run.warnings, report })
+        Ok(Made { files: own.into_iter().chain(preview).chain(drawings).collect(), warnings: run.warnings, report })
     }
 
     /// What `<stem>.json` holds, times excepted.

@@ -9,7 +9,7 @@ use image::RgbaImage;
 use indicatif::ProgressBar;
 
 use crate::gpu::layout::Instance;
-use crate::model::{Part, import};
+use crate::model::import::{self, Imported};
 use crate::raster::{exr_depth, gif, png, webp};
 use crate::render::{Picture, Renderer, Stand, Tree};
 use crate::{Error, Result, files};
@@ -53,10 +53,10 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let outputs = [&out, &depth, &turntable].into_iter().flatten().map(PathBuf::as_path);
     files::refuse_overwriting(outputs, std::slice::from_ref(&model))?;
 
-    let parts = read_parts(&model)?;
-    let points: Vec<Vec3> = parts.iter().flat_map(|part| part.surface.mesh.positions.iter().copied()).collect();
+    let imported = read_model(&model)?;
+    let points: Vec<Vec3> = imported.parts.iter().flat_map(|part| part.surface.mesh.positions.iter().copied()).collect();
     let mut renderer = look.renderer()?;
-    let tree = renderer.upload(&parts)?;
+    let tree = upload(&renderer, &imported)?;
     let orbit = look.orbit(&points, turntable.is_some());
     let mut scene = Scene { look: &look, orbit, tree: &tree, renderer: &mut renderer };
     if let Some(out) = out {
@@ -75,11 +75,20 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The model's parts; what was read otherwise than the file says is told.
-pub fn read_parts(path: &Path) -> Result<Vec<Part>> {
+/// A model; what was read otherwise than the file says is told.
+pub fn read_model(path: &Path) -> Result<Imported> {
     let imported = import::open(path)?;
     imported.warnings.iter().for_each(|warning| say::err(&format!("{}: warning: {}", path.display(), warning.message)));
-    Ok(imported.parts)
+    Ok(imported)
+}
+
+/// Puts a model onto the device; our own know how their outlines grow.
+pub fn upload(renderer: &Renderer, imported: &Imported) -> Result<Tree> {
+    let tree = renderer.upload(&imported.parts)?;
+    Ok(match &imported.tree_model {
+        Some(model) => tree.growing(model.about.growth),
+        None => tree,
+    })
 }
 
 /// One tree on its own, and how it is looked at.

@@ -8,10 +8,14 @@ use serde::{Deserialize, Serialize};
 
 use super::import::picture::{self, PixelBudget};
 use super::{About, Material, Part, Wrap, bounds};
-use crate::plant::Skeleton;
-use crate::plant::mesh::{BarkKind, LeafKind, LeafParams, Sheet, WoodParams, bark, foliage, leaves, wood};
-use crate::raster::ALPHA_CUTOFF;
+use crate::plant::mesh::{BarkKind, LeafKind, LeafParams, Sheet, WoodParams, bark, blades, foliage, leaves, wood};
+use crate::plant::presets::Preset;
+use crate::plant::{DeriveParams, Skeleton, draw};
+use crate::raster::{ALPHA_CUTOFF, to_linear};
 use crate::{Error, Result, Seed, files};
+
+/// Colour of blades drawn by outline, sRGB.
+const BLADE: [u8; 3] = [88, 124, 52];
 
 /// Most bytes of a picture file.
 const MOST_PICTURE_BYTES: u64 = 256 << 20;
@@ -58,10 +62,23 @@ impl Clothing {
 /// A grown tree as a renderer or a file takes it.
 #[derive(Debug, Clone)]
 pub struct GrownTree {
-    /// `wood`, then `leaves`; either may be missing, not both.
+    /// `wood`, then `leaves`, then `blades` (what the L-system draws by outline); any may be missing, not all.
     pub parts: Vec<Part>,
     /// The bone that each leaf was, by number: leaf `i` is quad `i` of the part `leaves`.
     pub leaf_bones: Vec<u32>,
+}
+
+/// A preset, grown up, in its own clothing; everything by default.
+///
+/// # Errors
+/// [`Error::Internal`], which the tests rule out.
+pub fn grow_preset(preset: &Preset, seed: Seed) -> Result<GrownTree> {
+    let grammar = preset.grammar()?;
+    let age = grammar.initial_age().unwrap_or_default();
+    let chain = grammar.derive(age, &DeriveParams::default(), seed, &mut |_| {})?;
+    let skeleton = draw(&chain, &grammar, grammar.turtle(), seed, age)?;
+    let clothing = Clothing::painted(preset.bark, preset.leaf, seed);
+    GrownTree::new(&skeleton, &clothing, &WoodParams::default(), &LeafParams::default(), seed)
 }
 
 /// What rides in a grown tree's `extras.sphereboard` beside the geometry.
@@ -113,7 +130,10 @@ impl GrownTree {
             ..Material::default()
         };
         let part = |name: &str, surface, material| Part { name: name.to_owned(), surface, material, crown_center: None };
-        let mut parts = vec![part("wood", trunk, bark), part("leaves", crown.surface, leaf)];
+        let [r, g, b] = BLADE.map(to_linear);
+        let blade = Material { name: "blade".to_owned(), factor: [r, g, b, 1.0], two_sided: true, ..Material::default() };
+        let outlined = blades::blades(skeleton);
+        let mut parts = vec![part("wood", trunk, bark), part("leaves", crown.surface, leaf), part("blades", outlined, blade)];
         parts.retain(|part| part.surface.mesh.polygon_count() > 0);
         if parts.is_empty() {
             return Err(Error::NothingGrew);

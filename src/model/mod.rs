@@ -21,7 +21,7 @@ use crate::raster::Rect;
 use crate::{Error, Result};
 
 pub use crate::raster::Wrap;
-pub use growth::{Growth, GrowthProfile};
+pub use growth::{Growth, GrowthProfile, ProfileChoice, ProfileParams};
 pub use part::{Material, Part, bounds};
 pub use trunk::TrunkShape;
 
@@ -80,6 +80,8 @@ pub struct About {
     pub exemplar_window_px: Option<Rect>,
     /// Fraction of the crown through which the sky shows, 0 to 1.
     pub gap_fraction: f64,
+    /// How the outline grows when drawn (She §3.3), measured on the first photograph.
+    pub growth: Growth,
 }
 
 /// The significant turning points of one outline (She §3.1, fig. 8a), in pixels of its photograph, from the base to the top.
@@ -96,7 +98,7 @@ pub struct Profile {
 
 impl About {
     /// The version that this program writes, and the only one it reads.
-    pub const FORMAT: u32 = 1;
+    pub const FORMAT: u32 = 2;
 
     /// The name and version of this program.
     pub fn this_program() -> String {
@@ -133,6 +135,9 @@ impl TreeModel {
         let numbers = [about.height_m, about.gap_fraction].into_iter().chain(azimuths);
         if !numbers.chain(points().flat_map(|p| p.to_array())).all(f64::is_finite) {
             return Err("a number about the model is not finite".to_owned());
+        }
+        if !about.growth.is_sound() {
+            return Err("the lengths of its growth are not finite, negative or the wrong way round".to_owned());
         }
         Ok(())
     }

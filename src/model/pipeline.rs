@@ -8,11 +8,11 @@ use serde::Serialize;
 use crate::crown::{self, Crown, CrownParams, Outline};
 use crate::photo::segment::segment;
 use crate::photo::{Exemplar, ExemplarParams, Hints, Photo, SegmentParams, Segmentation, Silhouette, SilhouetteParams, TrunkCues};
-use crate::photo::{exemplar, silhouette, trunk};
+use crate::photo::{exemplar, roughness::Roughness, silhouette, trunk};
 use crate::texture::{self, Atlas, BakeParams, Front, SynthParams, texels_per_m};
 use crate::{Error, Result, Seed, Warning};
 
-use super::{About, ModelCrown, Profile, TreeModel, TrunkShape};
+use super::{About, Growth, ModelCrown, Profile, ProfileParams, TreeModel, TrunkShape};
 
 crate::params! {
     /// The tree's size.
@@ -39,6 +39,8 @@ pub struct ModelParams {
     pub bake: BakeParams,
     /// Real-world size.
     pub size: SizeParams,
+    /// Growth of the outline.
+    pub outline: ProfileParams,
 }
 
 /// One photograph of the tree.
@@ -111,12 +113,14 @@ impl Request<'_> {
     }
 }
 
-/// All stages from the files to the files, as progress and reports name them. [`run`] announces those between the first and the last:
-/// decoding comes before it and writing (encoding the model, drawing, storing) after it.
-pub const STAGES: [&str; 8] = [DECODE, "segment", "silhouette", "crown", "exemplar", "texture", "model", WRITE];
+/// All stages from the files to the files, as progress and reports name them. [`run`] announces those from "segment" to "model":
+/// decoding comes before it, the preview and writing (encoding the model, drawing, storing) after it.
+pub const STAGES: [&str; 9] = [DECODE, "segment", "silhouette", "crown", "exemplar", "texture", "model", PREVIEW, WRITE];
 /// The stage before [`run`].
 pub const DECODE: &str = "decode";
 /// The stage after [`run`].
+pub const PREVIEW: &str = "preview";
+/// The last stage.
 pub const WRITE: &str = "write";
 
 /// Runs every stage. `step` is called with each stage's name when it is done.
@@ -288,7 +292,15 @@ fn about(request: &Request, products: &[ViewProducts], exemplars: &[Exemplar]) -
         feature_points: products.iter().zip(request.views).map(profile).collect(),
         exemplar_window_px: exemplars.first().map(|e| e.window_px),
         gap_fraction: products.first().map_or(0.0, ViewProducts::gap_fraction),
+        growth: growth(request, products),
     }
+}
+
+fn growth(request: &Request, products: &[ViewProducts]) -> Growth {
+    let (height_m, choice) = (request.params.size.height_m, request.params.outline.growth);
+    let measured = |product: &ViewProducts| (Roughness::of(&product.silhouette.contour), product.metres_per_px);
+    let (outline, metres_per_px) = products.first().map_or((Roughness::of(&[]), 0.0), measured);
+    Growth::measured(&outline, metres_per_px, height_m, choice)
 }
 
 impl ModelCrown {

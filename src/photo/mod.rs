@@ -9,12 +9,14 @@ pub mod exemplar;
 mod exemplar_window;
 mod profile;
 mod rare_tiff;
+pub mod roughness;
 pub mod segment;
 pub mod silhouette;
 pub mod trunk;
 
 pub use decode::{DecodeParams, Photo};
 pub use exemplar::{Exemplar, ExemplarParams};
+pub use roughness::Roughness;
 pub use segment::{Hints, SegmentParams, Segmentation};
 pub use silhouette::{Axis, Silhouette, SilhouetteParams};
 pub use trunk::TrunkCues;

@@ -265,6 +265,7 @@ impl<'g> Step<'g> {
                 continue;
             }
             let at = chunk.start + i;
+            // The first pass found the contexts, so this finds them again.
             let Some(variables) = self.bind(rule, at, own, neighbours, &mut bound) else { continue };
             let mut env = Env::new(variables, self.numbers, self.seed, at as u64);
             // The first number chose the rule.

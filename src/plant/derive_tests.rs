@@ -158,6 +158,21 @@ fn chunks_leave_no_trace() {
 }
 
 #[test]
+fn modules_beyond_the_first_chunk_have_their_own_neighbours_and_numbers() {
+    let axiom = "A(1)".repeat(20_000);
+    let sums = derive(&grammar(&format!("axiom {axiom}\nA(x) < A(y) -> A(x+y)\nA(x) -> A(x)")), 2.0, 1);
+    let values: Vec<f64> = sums.iter().map(|m| m.params[0]).collect();
+    assert_eq!(values[..2], [1.0, 3.0]);
+    assert!(values.len() == 20_000 && values[2..].iter().all(|v| *v == 4.0));
+    let random = derive(&grammar(&format!("axiom {axiom}\nA(x) -> A(random(0,1))")), 1.0, 1);
+    let mut values: Vec<f64> = random.iter().map(|m| m.params[0]).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    assert_eq!(values.len(), 20_000);
+    assert!((values.iter().sum::<f64>() / 20_000.0 - 0.5).abs() < 0.02);
+}
+
+#[test]
 fn explosions_stop_before_memory_does() {
     let fail = |text: &str, age, max_modules| {
         let params = DeriveParams { max_modules };

@@ -224,7 +224,7 @@ fn ages_between_derivations_join_without_a_jump() {
 
 #[test]
 fn boxes_hold_their_branches_and_no_more() {
-    let skeleton = drawn("F(4)[+F(3)[^F(2)]][-(45)F]L[]");
+    let skeleton = drawn("F(4)[+F(3)[^F(2)]][-(45)F]F(5)L[]");
     let boxes = boxes::of(&skeleton);
     let levels: Vec<_> = boxes.iter().map(|b| (b.parent, b.level)).collect();
     assert_eq!(levels, [(None, 0), (Some(0), 1), (Some(1), 2), (Some(0), 1), (Some(0), 1)]);

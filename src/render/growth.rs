@@ -6,7 +6,9 @@ use super::limb::{LimbView, Twigs};
 use super::mesh::CrownShape;
 use super::targets::{COLOR, ID, Targets, color_attachment, depth_attachment, nearer};
 use super::tiles::{Tiles, screen_rect};
+use super::wind::Sway;
 use super::{Camera, Projection, Shot, Stage, Stand};
+use crate::geom::Bounds;
 use crate::gpu::{Gpu, Shader, layout};
 use crate::model::{Growth, GrowthProfile};
 use crate::{Error, Result, Seed};
@@ -99,6 +101,8 @@ pub struct GrowthInput {
     pub limbs: Vec<u32>,
     /// Where to look for outlines.
     pub tiles: Vec<u32>,
+    /// Every tile that a tree or its growth touches.
+    pub tree_tiles: Vec<u32>,
     /// First slot of each instance of each stand; 0 where it does not grow.
     pub slots: Vec<Vec<u32>>,
 }
@@ -118,13 +122,21 @@ impl GrowthInput {
             crowns: vec![bytemuck::Zeroable::zeroed()],
             limbs: vec![0],
             tiles: vec![],
+            tree_tiles: vec![],
             slots: stands.iter().map(|stand| vec![0; stand.instances.len()]).collect(),
         };
+        let seer = Seer::new(shot);
+        let (mut tiles, mut tree_tiles) = (Tiles::none(shot.size_px), Tiles::none(shot.size_px));
+        for stand in stands {
+            for instance in stand.instances {
+                // Smooth outlines reach a pixel farther.
+                seer.rect(stand.tree.bounds(), instance).into_iter().for_each(|rect| tree_tiles.add(grown_by(rect, 1.0)));
+            }
+        }
         if shot.stage == Stage::Unshaped {
+            input.tree_tiles = tree_tiles.list();
             return input;
         }
-        let mut tiles = Tiles::none(shot.size_px);
-        let seer = Seer::new(shot);
         for (number, stand) in stands.iter().enumerate() {
             let Some(growth) = shot.growth.of(stand.tree.growth()) else { continue };
             for (i, instance) in stand.instances.iter().enumerate() {
@@ -146,7 +158,8 @@ impl GrowthInput {
                 }
             }
         }
-        input.tiles = tiles.list();
+        tree_tiles.merge(&tiles);
+        (input.tiles, input.tree_tiles) = (tiles.list(), tree_tiles.list());
         input
     }
 
@@ -156,8 +169,7 @@ impl GrowthInput {
             self.crowns.push(bytemuck::Zeroable::zeroed());
             return;
         };
-        let margin = longest_px + 1.0;
-        tiles.add([rect[0] - margin, rect[1] - margin, rect[2] + margin, rect[3] + margin]);
+        tiles.add(grown_by(rect, longest_px + 2.0));
         let plane = view.plane();
         let table = view.table(twigs, growth);
         // Sixteenths of a pixel from 1/256 pixel per metre.
@@ -174,6 +186,11 @@ impl GrowthInput {
         });
         self.limbs.extend(table);
     }
+}
+
+/// A rectangle with a margin.
+fn grown_by([left, top, right, bottom]: [f32; 4], margin: f32) -> [f32; 4] {
+    [left - margin, top - margin, right + margin, bottom + margin]
 }
 
 fn frame_of(shot: &Shot) -> layout::GrowthFrame {
@@ -204,6 +221,7 @@ struct Seer<'a> {
     clip_from_world: Mat4,
     size_px: [u32; 2],
     px_per_m: [f32; 2],
+    sway: Sway,
 }
 
 /// A crown as seen.
@@ -221,17 +239,23 @@ impl<'a> Seer<'a> {
             clip_from_world: shot.camera.clip_from_world(width as f32 / height as f32),
             size_px: shot.size_px,
             px_per_m: shot.camera.px_per_m(height),
+            sway: Sway::of(&shot.wind),
         }
+    }
+
+    /// Where a box of an instance may be seen, wherever the wind pushes it.
+    fn rect(&self, bounds: Option<Bounds>, instance: &layout::Instance) -> Option<[f32; 4]> {
+        let (world_from_object, _) = placed(instance);
+        let bounds = bounds?;
+        let reach = Vec3::splat(self.sway.reach_m(bounds.max.y));
+        let swayed = Bounds { min: bounds.min - reach, max: bounds.max + reach };
+        screen_rect(&(self.clip_from_world * world_from_object), swayed, self.size_px)
     }
 
     /// The crown of an instance, where it is in the picture and grows by a pixel or more.
     fn see(&self, crown: &CrownShape, instance: &layout::Instance, growth: &Growth) -> Option<Seen> {
-        let part = |i: usize| f32::from(instance.rotation[i]) / f32::from(i16::MAX);
-        let turn = Quat::from_xyzw(part(0), part(1), part(2), part(3)).normalize();
-        let world_from_object =
-            Mat4::from_scale_rotation_translation(Vec3::splat(instance.scale), turn, Vec3::from(instance.position));
-        let clip_from_object = self.clip_from_world * world_from_object;
-        let rect = screen_rect(&clip_from_object, crown.bounds, self.size_px)?;
+        let (world_from_object, turn) = placed(instance);
+        let rect = self.rect(Some(crown.bounds), instance)?;
         let center = world_from_object.transform_point3(crown.center);
         // Of its nearest point: nothing of the crown grows longer.
         let radius = crown.half_axes.max_element() * instance.scale;
@@ -257,6 +281,13 @@ impl<'a> Seer<'a> {
         };
         Some(Seen { view, rect, longest_px: longest_px.min(LONGEST_PX) })
     }
+}
+
+/// World from object space, and the turn in it.
+fn placed(instance: &layout::Instance) -> (Mat4, Quat) {
+    let part = |i: usize| f32::from(instance.rotation[i]) / f32::from(i16::MAX);
+    let turn = Quat::from_xyzw(part(0), part(1), part(2), part(3)).normalize();
+    (Mat4::from_scale_rotation_translation(Vec3::splat(instance.scale), turn, Vec3::from(instance.position)), turn)
 }
 
 /// The passes of growth, and their buffers.

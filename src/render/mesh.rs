@@ -95,11 +95,12 @@ pub struct MeshDrawer {
     /// For the sun: solid (one-sided, two-sided), cut out (one-sided, two-sided).
     cast: [[wgpu::RenderPipeline; 2]; 2],
     material_layout: wgpu::BindGroupLayout,
-    clamp: wgpu::Sampler,
-    repeat: wgpu::Sampler,
+    /// Clamped (solid, cut out), repeated (solid, cut out).
+    samplers: [[wgpu::Sampler; 2]; 2],
 }
 
-/// Texels along the longer side of a pixel's footprint: crowns show most of their texture aslant, and beyond four nothing more is seen.
+/// Texels along the longer side of a pixel's footprint on solid surfaces: bark is seen aslant, and beyond four nothing more shows. Cut-out
+/// ones do without: averages of alpha along the footprint would pass the test less often than the surface does.
 const ANISOTROPY: u16 = 4;
 
 impl MeshDrawer {
@@ -117,7 +118,7 @@ impl MeshDrawer {
         let sides = [Some(wgpu::Face::Back), None];
         let solid = |cull| pipeline(gpu, "cast.solid", &cast_layout, &cast, None, cull);
         let cut_out = |cull| pipeline(gpu, "cast.cut_out", &cast_layout, &cast, Some(&[]), cull);
-        let sampler = |label, mode| {
+        let sampler = |label, mode, anisotropy_clamp| {
             gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some(label),
                 address_mode_u: mode,
@@ -125,15 +126,15 @@ impl MeshDrawer {
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
                 mipmap_filter: wgpu::MipmapFilterMode::Linear,
-                anisotropy_clamp: ANISOTROPY,
+                anisotropy_clamp,
                 ..Default::default()
             })
         };
         Self {
             seen: sides.map(|cull| pipeline(gpu, "mesh.pipeline", &mesh_layout, &mesh, Some(&targets), cull)),
             cast: [sides.map(solid), sides.map(cut_out)],
-            clamp: sampler("mesh.clamp", wgpu::AddressMode::ClampToEdge),
-            repeat: sampler("mesh.repeat", wgpu::AddressMode::Repeat),
+            samplers: [("mesh.clamp", wgpu::AddressMode::ClampToEdge), ("mesh.repeat", wgpu::AddressMode::Repeat)]
+                .map(|(label, mode)| [ANISOTROPY, 1].map(|texels| sampler(label, mode, texels))),
             material_layout,
         }
     }
@@ -144,12 +145,13 @@ impl MeshDrawer {
         let height_m = bounds.map_or(1.0, |b| b.max.y.max(1e-3));
         let drawable = parts.iter().filter(|part| part.surface.mesh.polygon_count() > 0);
         let mut textures = Textures::default();
-        let (mut crowns, mut drawn) = (vec![], vec![]);
+        let mut crowns = vec![];
+        let mut drawn = vec![];
         for part in drawable {
             let crown = CrownShape::of(part);
             crowns.extend(crown);
             let number = if crown.is_some() { crowns.len() as u32 } else { 0 };
-            drawn.push(self.upload_part(gpu, part, height_m, number, &mut textures));
+            drawn.push(self.upload_part(gpu, part, number, height_m, &mut textures));
         }
         Tree {
             parts: drawn,
@@ -160,7 +162,7 @@ impl MeshDrawer {
         }
     }
 
-    fn upload_part(&self, gpu: &Gpu, part: &Part, tree_height_m: f32, crown: u32, textures: &mut Textures) -> DrawnPart {
+    fn upload_part(&self, gpu: &Gpu, part: &Part, crown: u32, tree_height_m: f32, textures: &mut Textures) -> DrawnPart {
         let surface = &part.surface;
         let vertex = |i: usize| layout::Vertex {
             position: surface.mesh.positions[i].to_array(),
@@ -176,21 +178,22 @@ impl MeshDrawer {
             vertices: buffer("mesh.vertices", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer("mesh.indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             count: indices.len() as u32,
-            material: self.upload_material(gpu, part, tree_height_m, crown, textures),
+            material: self.upload_material(gpu, part, crown, tree_height_m, textures),
             two_sided: part.material.two_sided,
             cut_out: part.material.alpha_cutoff.is_some(),
         }
     }
 
-    fn upload_material(&self, gpu: &Gpu, part: &Part, tree_height_m: f32, crown: u32, textures: &mut Textures) -> wgpu::BindGroup {
+    /// `number` is that of the crown within its tree, from 1.
+    fn upload_material(&self, gpu: &Gpu, part: &Part, number: u32, tree_height_m: f32, textures: &mut Textures) -> wgpu::BindGroup {
         let Material { factor, wrap, alpha_cutoff, two_sided, .. } = &part.material;
-        let leaves = part.crown_center.and_then(|_| Bounds::of(part.surface.mesh.positions.iter().copied()));
-        let half = leaves.map_or(Vec3::ONE, |leaves| (0.5 * leaves.size()).max(Vec3::splat(1e-3)));
+        let crown = part.crown_center.and_then(|_| Bounds::of(part.surface.mesh.positions.iter().copied()));
+        let half = crown.map_or(Vec3::ONE, |crown| (0.5 * crown.size()).max(Vec3::splat(1e-3)));
         let values = layout::Material {
             factor: *factor,
             crown_center: part.crown_center.unwrap_or_default().to_array(),
             alpha_cutoff: alpha_cutoff.unwrap_or(0.0),
-            grows: crown,
+            grows: number,
             two_sided: u32::from(*two_sided),
             crown_reach: [half.x.max(half.z), half.y],
             tree_height_m,
@@ -204,7 +207,7 @@ impl MeshDrawer {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let view = textures.view(gpu, &part.material);
-        let sampler = if *wrap == Wrap::Clamp { &self.clamp } else { &self.repeat };
+        let sampler = &self.samplers[usize::from(*wrap == Wrap::Repeat)][usize::from(alpha_cutoff.is_some())];
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("mesh.material"),
             layout: &self.material_layout,

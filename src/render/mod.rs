@@ -13,6 +13,8 @@ mod backdrop;
 mod camera;
 mod composite;
 mod growth;
+#[cfg(test)]
+mod growth_twin;
 mod light;
 mod limb;
 mod mesh;
@@ -209,12 +211,24 @@ impl Renderer {
     pub fn picture(&mut self, shot: &Shot, stands: &[Stand]) -> Result<Picture> {
         self.draw(shot, stands)?;
         let targets = self.targets.as_ref().expect("draw makes them");
-        let color = read_texture(&self.gpu, &targets.frame_color.texture)?;
+        let mut color = read_texture(&self.gpu, &targets.frame_color.texture)?;
+        if shot.background == Background::Alpha {
+            composite::make_straight(&mut color);
+        }
         let depth = read_texture(&self.gpu, &targets.frame_depth.texture)?;
         let [width, height] = shot.size_px;
         let depth_m = depth.chunks_exact(4).map(|b| shot.camera.distance_m(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))).collect();
         let color = RgbaImage::from_raw(width, height, color).expect("as many bytes as the target has pixels");
         Ok(Picture { color, depth_m })
+    }
+
+    /// Draws a frame and waits until the device has done it, for measurements.
+    ///
+    /// # Errors
+    /// As [`Renderer::picture`].
+    pub fn frame(&mut self, shot: &Shot, stands: &[Stand]) -> Result<()> {
+        self.draw(shot, stands)?;
+        self.gpu.wait()
     }
 
     /// The picture that [`Renderer::draw`] made last.
@@ -227,6 +241,12 @@ impl Renderer {
 
     /// Draws a frame into the targets.
     fn draw(&mut self, shot: &Shot, stands: &[Stand]) -> Result<()> {
+        let growing = GrowthInput::new(shot, stands, &self.growth.twigs);
+        self.draw_growing(shot, stands, &growing)
+    }
+
+    /// Draws a frame into the targets, in which `growing` grows.
+    fn draw_growing(&mut self, shot: &Shot, stands: &[Stand], growing: &GrowthInput) -> Result<()> {
         self.resize(shot.size_px)?;
         let targets = self.targets.as_ref().expect("just made");
         let sway = Sway::of(&shot.wind);
@@ -238,24 +258,28 @@ impl Renderer {
         let range_m = shot.light.shadow_range_m as f32;
         let view = casters.map(|casters| SunView::fit(toward_sun, casters, &shot.camera, range_m, self.sun.size_px));
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view)));
-        let growing = GrowthInput::new(shot, stands, &self.growth.twigs);
         self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
-        let placed = |(stand, slots): (&Stand, &Vec<u32>)| {
-            let placed: Vec<_> =
-                stand.instances.iter().zip(slots).map(|(place, slot)| layout::Instance { extra: *slot, ..*place }).collect();
-            self.meshes.place(&self.gpu, &placed)
-        };
-        let drawn: Vec<_> = stands.iter().zip(&growing.slots).map(|pair| (pair.0.tree, placed(pair))).collect();
+        let drawn = self.placed(stands, growing);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         if let Some(view) = view {
             self.meshes.cast(&mut encoder, &self.frame_group, &self.sun.depth, &self.casters(stands, sway, view));
         }
         self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background);
         self.meshes.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, &drawn);
-        self.growth.draw(&self.gpu, &mut encoder, targets, &growing, &self.crowns)?;
-        self.composite.draw(&self.gpu, &mut encoder, targets);
+        self.growth.draw(&self.gpu, &mut encoder, targets, growing, &self.crowns)?;
+        let smooth = matches!(shot.stage, Stage::Antialiased | Stage::Lit);
+        self.composite.draw(&self.gpu, &mut encoder, targets, &growing.tree_tiles, smooth);
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.check()
+    }
+
+    /// The trees with their slots among those that grow.
+    fn placed<'a>(&self, stands: &[Stand<'a>], growing: &GrowthInput) -> Vec<(&'a Tree, Placed)> {
+        let placed = |(stand, slots): (&Stand<'a>, &Vec<u32>)| {
+            let with_slots = stand.instances.iter().zip(slots).map(|(place, slot)| layout::Instance { extra: *slot, ..*place });
+            (stand.tree, self.meshes.place(&self.gpu, &with_slots.collect::<Vec<_>>()))
+        };
+        stands.iter().zip(&growing.slots).map(placed).collect()
     }
 
     /// The trees that the sun's map may show.

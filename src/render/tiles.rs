@@ -36,6 +36,11 @@ impl Tiles {
         }
     }
 
+    /// Adds the tiles of another set of the same picture.
+    pub fn merge(&mut self, other: &Self) {
+        self.taken.iter_mut().zip(&other.taken).for_each(|(taken, other)| *taken |= other);
+    }
+
     /// Column | row << 16 of every tile in the set, row by row.
     pub fn list(&self) -> Vec<u32> {
         let taken = self.taken.iter().enumerate().filter(|(_, taken)| **taken);

@@ -1,6 +1,8 @@
-//! Pictures for people: every stage drawn over the photograph ([`stages`]), and contact sheets ([`sheet`]).
+//! Pictures for people: every stage drawn over the photograph ([`stages`]), contact sheets ([`sheet`]), a model at a glance
+//! ([`preview`]) and beside its photograph ([`resemblance`]).
 
 pub mod draw;
+pub mod preview;
 pub mod resemblance;
 pub mod sheet;
 pub mod stages;

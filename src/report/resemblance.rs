@@ -45,7 +45,7 @@ pub fn measure(renderer: &mut Renderer, photo: &Photo, run: &ModelRun) -> Result
     let masks = &run.views[0].segmentation;
     let seen = masks.crown.zip(&masks.gaps, |crown, gap| crown && !gap);
 
-    let crown = renderer.upload(&crowns)?;
+    let crown = renderer.upload(&crowns)?.growing(run.model.about.growth);
     let place = [Instance::IDENTITY];
     let mut unlit = |stage| {
         let shot = Shot { stage, background: Background::Alpha, ..shot(photo, run, size_px) };
@@ -58,7 +58,7 @@ pub fn measure(renderer: &mut Renderer, photo: &Photo, run: &ModelRun) -> Result
         .zip(exemplar::encoded_mean(&photo.image, &masks.crown, &masks.gaps))
         .map_or(f64::INFINITY, |(a, b)| color_difference(a, b));
 
-    let tree = renderer.upload(&parts)?;
+    let tree = renderer.upload(&parts)?.growing(run.model.about.growth);
     let stands = [Stand { tree: &tree, instances: &place }];
     let scene = renderer.picture(&shot(photo, run, size_px), &stands)?.color;
     let cut = renderer.picture(&Shot { background: Background::Alpha, ..shot(photo, run, size_px) }, &stands)?.color;

@@ -14,9 +14,10 @@ use winit::window::{Window, WindowId};
 use super::state::{Request, State};
 use super::{keys, overlay};
 use crate::cli::look::Look;
-use crate::cli::say;
+use crate::cli::{render, say};
 use crate::geom::Bounds;
 use crate::gpu::layout::Instance;
+use crate::model::import::Imported;
 use crate::model::{self, Part};
 use crate::raster::png;
 use crate::render::{Renderer, Stand, Tree, Window as Pane};
@@ -25,7 +26,7 @@ use crate::{Error, Result, files};
 /// The application that winit runs.
 pub struct App {
     look: Look,
-    trees: Vec<Vec<Part>>,
+    trees: Vec<Imported>,
     screenshots: PathBuf,
     closes: Option<Instant>,
     state: State,
@@ -47,8 +48,8 @@ struct Open {
 
 impl App {
     /// An application that will open a window onto those trees.
-    pub fn new(look: Look, trees: Vec<Vec<Part>>, screenshots: PathBuf, seconds: Option<u64>) -> Self {
-        let points: Vec<Vec3> = trees.iter().zip(places(&trees)).flat_map(|(parts, at)| corners(parts, at)).collect();
+    pub fn new(look: Look, trees: Vec<Imported>, screenshots: PathBuf, seconds: Option<u64>) -> Self {
+        let points: Vec<Vec3> = trees.iter().zip(places(&trees)).flat_map(|(tree, at)| corners(&tree.parts, at)).collect();
         let state = State::new(&look, look.orbit(&points, false));
         let closes = seconds.map(|seconds| Instant::now() + Duration::from_secs(seconds));
         Self { look, trees, screenshots, closes, state, open: None, failed: None, cursor: None, dragging: false, saved: 0 }
@@ -66,8 +67,8 @@ impl App {
         let window = Arc::new(window);
         let renderer = self.look.renderer()?;
         let pane = Pane::new(&renderer, window.clone(), window.inner_size().into())?;
-        let upload = |(parts, at): (&Vec<Part>, Vec3)| {
-            Ok((renderer.upload(parts)?, Instance { position: at.to_array(), ..Instance::IDENTITY }))
+        let upload = |(tree, at): (&Imported, Vec3)| {
+            Ok((render::upload(&renderer, tree)?, Instance { position: at.to_array(), ..Instance::IDENTITY }))
         };
         let placed = self.trees.iter().zip(places(&self.trees)).map(upload).collect::<Result<_>>()?;
         Ok(Open { window, renderer, pane, placed, frame_ms: 0.0 })
@@ -205,9 +206,9 @@ impl ApplicationHandler for App {
 }
 
 /// Where each tree stands: in a row along +X, none touching the next, their middle at the origin.
-fn places(trees: &[Vec<Part>]) -> Vec<Vec3> {
+fn places(trees: &[Imported]) -> Vec<Vec3> {
     let bounds: Vec<Bounds> =
-        trees.iter().map(|parts| model::bounds(parts).unwrap_or(Bounds { min: Vec3::ZERO, max: Vec3::ZERO })).collect();
+        trees.iter().map(|tree| model::bounds(&tree.parts).unwrap_or(Bounds { min: Vec3::ZERO, max: Vec3::ZERO })).collect();
     let gap = 0.15 * bounds.iter().map(|b| b.size().x).fold(0.0, f32::max);
     let total: f32 = bounds.iter().map(|b| b.size().x).sum::<f32>() + gap * bounds.len().saturating_sub(1) as f32;
     let mut left = -0.5 * total;

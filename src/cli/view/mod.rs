@@ -55,7 +55,7 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let screenshots: &PathBuf = matches.get_one("screenshots").expect("clap gives the default");
     let _folder = files::ready_folder(screenshots)?;
     let models = matches.get_many::<PathBuf>("models").expect("clap requires it");
-    let trees = models.map(|path| render::read_parts(path)).collect::<Result<Vec<_>, _>>()?;
+    let trees = models.map(|path| render::read_model(path)).collect::<Result<Vec<_>, _>>()?;
     let no_window = |e: &dyn std::fmt::Display| Error::NoWindow { what: e.to_string() };
     let event_loop = EventLoop::new().map_err(|e| no_window(&e))?;
     let mut app = App::new(look, trees, screenshots.clone(), seconds);

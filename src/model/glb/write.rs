@@ -40,7 +40,7 @@ pub fn write(model: &TreeModel) -> Result<Vec<u8>> {
 }
 
 /// Writes parts as a GLB file, each with its own material, a picture that several share once. `about` becomes the file's
-/// `extras.sphereboard`. Parts with an alpha cut-out are leaves, all others wood. Same parts, same bytes.
+/// `extras.sphereboard`. Parts that are cut out or seen from both sides are foliage, all others wood. Same parts, same bytes.
 ///
 /// # Errors
 /// [`Error::Internal`] when a surface breaks a promise: nothing in it, lists of unlike length, corners beyond its vertices, numbers that
@@ -69,7 +69,7 @@ pub fn write_parts(parts: &[model::Part], about: &impl Serialize, program: &str)
         let look =
             Look { factor: *factor, texture: known.map(|i| textures[i]), alpha_cutoff: *alpha_cutoff, two_sided: *two_sided };
         let material = file.material(if name.is_empty() { &part.name } else { name }, &look);
-        let kind = if alpha_cutoff.is_some() { Part::Leaves {} } else { Part::Wood {} };
+        let kind = if alpha_cutoff.is_some() || *two_sided { Part::Leaves {} } else { Part::Wood {} };
         nodes.push(file.part(&part.name, &part.surface, kind, material)?);
     }
     file.finish(nodes, about, program)

@@ -178,13 +178,10 @@ impl Entry {
         let opacity = pictures.of(&self.opacity, name, warnings);
         let texture = match (&color, &opacity) {
             (Some((color, picture)), Some((opacity, cut))) if color.file != opacity.file => {
-                Some(Arc::new(with_opacity(picture, cut, opacity.channel)))
+                pictures.cut_out(Some(picture), cut, opacity.channel, name, warnings)
             }
             (Some((_, picture)), _) => Some(picture.clone()),
-            (None, Some((opacity, cut))) => {
-                let white = RgbaImage::from_pixel(cut.width(), cut.height(), Rgba([255; 4]));
-                Some(Arc::new(with_opacity(&white, cut, opacity.channel)))
-            }
+            (None, Some((opacity, cut))) => pictures.cut_out(None, cut, opacity.channel, name, warnings),
             (None, None) => None,
         };
         let laid = color.as_ref().or(opacity.as_ref()).map(|(map, _)| *map);
@@ -236,6 +233,25 @@ impl Pictures<'_> {
     fn of<'m>(&mut self, map: &'m Option<Map>, material: &str, warnings: &mut Warnings) -> Option<(&'m Map, Arc<RgbaImage>)> {
         let map = map.as_ref()?;
         Some((map, self.get(&map.file, material, warnings)?))
+    }
+
+    /// A picture (without one: white) with the opacity that another one gives.
+    fn cut_out(
+        &mut self,
+        picture: Option<&Arc<RgbaImage>>,
+        cut: &RgbaImage,
+        channel: Option<char>,
+        material: &str,
+        warnings: &mut Warnings,
+    ) -> Option<Arc<RgbaImage>> {
+        let (width, height) = picture.map_or(cut.dimensions(), |picture| picture.dimensions());
+        if !self.budget.spend(width as usize * height as usize) {
+            warnings.missing_texture(&format!("of the material {}", shortened(material)), "is one too many");
+            return None;
+        }
+        let white = picture.is_none().then(|| RgbaImage::from_pixel(width, height, Rgba([255; 4])));
+        let picture = picture.map(Arc::as_ref).or(white.as_ref())?;
+        Some(Arc::new(with_opacity(picture, cut, channel)))
     }
 
     fn get(&mut self, file: &str, material: &str, warnings: &mut Warnings) -> Option<Arc<RgbaImage>> {

@@ -79,7 +79,7 @@ impl Obj {
             }
             "vn" => {
                 let (numbers, _) = text::numbers::<3>(rest)?;
-                self.normals.push(Vec3::from(numbers).normalize_or_zero());
+                self.normals.push(unit(Vec3::from(numbers)).unwrap_or(Vec3::ZERO));
                 Ok(())
             }
             "f" | "fo" => self.face(rest),
@@ -197,7 +197,7 @@ impl Obj {
                 at.iter().for_each(|&k| sums[k] += (b - a).cross(c - a));
             }
         }
-        sums.iter().map(|sum| sum.normalize_or(Vec3::Y)).collect()
+        sums.iter().map(|sum| unit(*sum).unwrap_or(Vec3::Y)).collect()
     }
 
     fn normal(&self, corner: Corner) -> Option<Vec3> {
@@ -232,6 +232,11 @@ impl Group {
             self.corners.len() as u32 - 1
         })
     }
+}
+
+/// The vector's direction, exact for the shortest too.
+fn unit(vector: Vec3) -> Option<Vec3> {
+    vector.as_dvec3().try_normalize().map(|direction| direction.as_vec3())
 }
 
 /// A polygon as triangles and quads, by numbers of its corners: a quad stays one, cut along the diagonal that lies inside; of anything

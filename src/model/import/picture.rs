@@ -37,11 +37,17 @@ impl PixelBudget {
             return Err("has no pixels".to_owned());
         }
         let pixels = size.width.saturating_mul(size.height);
-        if size.width.max(size.height) > LONGEST_PX || pixels > self.0 {
+        if size.width.max(size.height) > LONGEST_PX || !self.spend(pixels) {
             return Err(format!("has {}×{} pixels, which is too many", size.width, size.height));
         }
-        self.0 -= pixels;
         Ok(())
+    }
+
+    /// Takes so many pixels out of the budget; false when it has fewer.
+    pub fn spend(&mut self, pixels: usize) -> bool {
+        let left = self.0.checked_sub(pixels);
+        self.0 = left.unwrap_or(self.0);
+        left.is_some()
     }
 }
 

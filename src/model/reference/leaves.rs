@@ -25,7 +25,7 @@ pub struct Leaf {
 /// Most triangles of one quad or quad-like piece of a crossed set, seen from two sides.
 const CROSSED_TRIANGLES: usize = 4;
 /// How near the middles of crossed pieces lie, in parts of their diagonal, and how alike their diagonals are.
-const SAME_MIDDLE: f32 = 0.01;
+const SAME_MIDDLE: f32 = 0.003;
 const SAME_SIZE: f32 = 0.7;
 /// Most pieces of a crossed set.
 const MOST_PIECES: u32 = 8;

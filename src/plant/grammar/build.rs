@@ -29,8 +29,9 @@ pub struct Builder {
     pub turtle: TurtleParams,
     pub initial_age: Option<f64>,
     pub warnings: Vec<Warning>,
-    /// Every symbol that stands in an axiom, a context or a successor.
+    /// Every symbol that stands in an axiom, a context or a successor, where it does so first.
     uses: Vec<(Symbol, Place)>,
+    used: BTreeSet<Symbol>,
 }
 
 /// Most rules of a grammar: a derivation notes the rule of every module in two bytes.
@@ -43,7 +44,9 @@ impl Builder {
     /// The symbol for a module that stands at `place`.
     pub fn symbol(&mut self, name: &str, arity: usize, place: Place) -> Result<Symbol> {
         let symbol = intern(&mut self.alphabet, name, arity, place)?;
-        self.uses.push((symbol, place));
+        if self.used.insert(symbol) {
+            self.uses.push((symbol, place));
+        }
         Ok(symbol)
     }
 

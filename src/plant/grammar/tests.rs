@@ -18,6 +18,7 @@ fn fault(result: Result<impl Sized, Error>) -> (u32, u32, String) {
 
 #[test]
 fn mistakes_name_their_place_and_what_was_expected() {
+    let nested = format!("axiom A\nA > {} -> F", "[".repeat(40));
     let cases = [
         // Text, line, column, what the sentence says.
         ("", 1, 1, "expected an axiom"),
@@ -62,6 +63,7 @@ fn mistakes_name_their_place_and_what_was_expected() {
         ("axiom F\nignore [", 2, 8, "symbols other than brackets"),
         ("axiom A\nA[A] < A -> F", 2, 8, "symbols other than brackets"),
         ("axiom A\nA < A > [A -> F", 2, 9, "a `]` for this bracket"),
+        (&nested, 2, 37, "at most 32 brackets open in a context"),
     ];
     for (text, line, column, says) in cases {
         let (found_line, found_column, sentence) = fault(Grammar::parse(text));

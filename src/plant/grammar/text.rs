@@ -18,6 +18,9 @@ const SIGNS: &str = "+-&^\\/|$!'\"%{}.~@?[]";
 /// What begins a line that is no rule.
 const KEYWORDS: [&str; 8] = ["title", "define", "symbols", "ignore", "command", "turtle", "age", "axiom"];
 
+/// Most brackets open at once in a right context: it is matched by recursion.
+const DEEPEST_CONTEXT: usize = 32;
+
 struct Parser<'t> {
     cursor: Cursor<'t>,
     builder: Builder,
@@ -279,6 +282,9 @@ impl Parser<'_> {
             let place = self.cursor.place();
             let name = read_name(&mut self.cursor, &self.builder.words)?;
             pair(&name, place, &mut opened)?;
+            if opened.len() > DEEPEST_CONTEXT {
+                return Err(place.error(format!("at most {DEEPEST_CONTEXT} brackets open in a context"), "more"));
+            }
             let before = variables.len();
             if self.cursor.take("(") {
                 self.formal_parameters(variables)?;

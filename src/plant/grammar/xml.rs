@@ -297,6 +297,8 @@ impl Reader {
                 self.builder.commands.insert(c.to_string(), command);
             }
         }
+        // Ours: his steps are a tenth of a unit, and a trunk is thinner than a step is long.
+        self.builder.turtle.trunk_radius_m = 0.02;
         self.builder.finish(root)
     }
 }

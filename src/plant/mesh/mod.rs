@@ -2,6 +2,7 @@
 //! alpha-tested quads ([`leaves`]), and the pictures that go on them ([`bark`], [`foliage`]). Metres, +Y up.
 
 pub mod bark;
+pub mod blades;
 pub mod foliage;
 pub mod leaves;
 mod light;

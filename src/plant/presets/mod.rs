@@ -22,7 +22,7 @@ pub struct Preset {
     pub bark: BarkKind,
     /// What one leaf quad shows.
     pub shows: &'static str,
-    /// Leaf quads of the grown tree, within a twentieth whatever the seed.
+    /// Leaf quads of the grown tree, whatever the seed.
     pub leaves: usize,
     /// Height of the grown tree, metres, within a tenth whatever the seed.
     pub height_m: f64,
@@ -38,7 +38,7 @@ pub const PRESETS: [Preset; 10] = [
         bark: BarkKind::Furrowed,
         shows: "a twig end of eight leaves",
         leaves: 20_281,
-        height_m: 16.0,
+        height_m: 16.6,
     },
     Preset {
         name: "lime",
@@ -47,7 +47,7 @@ pub const PRESETS: [Preset; 10] = [
         leaf: LeafKind::Heart,
         bark: BarkKind::Furrowed,
         shows: "a twig of seven leaves",
-        leaves: 14_000,
+        leaves: 17_226,
         height_m: 17.0,
     },
     Preset {
@@ -58,7 +58,7 @@ pub const PRESETS: [Preset; 10] = [
         bark: BarkKind::White,
         shows: "a twig of eleven leaves",
         leaves: 8_140,
-        height_m: 17.0,
+        height_m: 17.4,
     },
     Preset {
         name: "willow",
@@ -67,8 +67,8 @@ pub const PRESETS: [Preset; 10] = [
         leaf: LeafKind::Narrow,
         bark: BarkKind::Furrowed,
         shows: "a length of shoot with seventeen leaves",
-        leaves: 16_000,
-        height_m: 12.0,
+        leaves: 16_184,
+        height_m: 13.2,
     },
     Preset {
         name: "acacia",
@@ -77,8 +77,8 @@ pub const PRESETS: [Preset; 10] = [
         leaf: LeafKind::Feather,
         bark: BarkKind::Furrowed,
         shows: "one twice-feathered leaf",
-        leaves: 7_000,
-        height_m: 9.0,
+        leaves: 8_064,
+        height_m: 9.6,
     },
     Preset {
         name: "poplar",
@@ -87,8 +87,8 @@ pub const PRESETS: [Preset; 10] = [
         leaf: LeafKind::Oval,
         bark: BarkKind::Furrowed,
         shows: "a twig of nine leaves",
-        leaves: 12_000,
-        height_m: 24.0,
+        leaves: 11_970,
+        height_m: 24.6,
     },
     Preset {
         name: "pine",
@@ -97,8 +97,8 @@ pub const PRESETS: [Preset; 10] = [
         leaf: LeafKind::Tuft,
         bark: BarkKind::Plated,
         shows: "a tuft of needles at a shoot's end",
-        leaves: 6_000,
-        height_m: 19.0,
+        leaves: 7_644,
+        height_m: 19.6,
     },
     Preset {
         name: "spruce",
@@ -107,8 +107,8 @@ pub const PRESETS: [Preset; 10] = [
         leaf: LeafKind::Spray,
         bark: BarkKind::Smooth,
         shows: "a flat spray of shoots with needles",
-        leaves: 12_000,
-        height_m: 22.0,
+        leaves: 15_559,
+        height_m: 23.4,
     },
     Preset {
         name: "juniper",
@@ -117,8 +117,8 @@ pub const PRESETS: [Preset; 10] = [
         leaf: LeafKind::Scale,
         bark: BarkKind::Stringy,
         shows: "a plume of shoots with scales",
-        leaves: 9_000,
-        height_m: 8.0,
+        leaves: 12_483,
+        height_m: 7.2,
     },
     Preset {
         name: "yew",
@@ -128,7 +128,7 @@ pub const PRESETS: [Preset; 10] = [
         bark: BarkKind::Stringy,
         shows: "a flat twig of needles",
         leaves: 48_160,
-        height_m: 13.0,
+        height_m: 12.6,
     },
 ];
 

@@ -2,6 +2,8 @@
 //! [`Elements`], whose last one is known to lie inside its buffer, and whose count is at most the bytes that hold it.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::schema::{Accessor, Document, Sparse};
 use super::{broken, pick};
@@ -10,15 +12,33 @@ use crate::model::import::folder::Folder;
 
 /// The bytes that the document points into.
 pub struct Bytes<'a> {
-    buffers: Vec<Result<Cow<'a, [u8]>, String>>,
+    buffers: Vec<Result<Source<'a>, String>>,
+}
+
+/// Where a buffer's bytes are.
+#[derive(Clone)]
+enum Source<'a> {
+    Chunk(&'a [u8]),
+    Own(Arc<[u8]>),
+}
+
+impl Source<'_> {
+    fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Chunk(bytes) => bytes,
+            Self::Own(bytes) => bytes,
+        }
+    }
 }
 
 impl<'a> Bytes<'a> {
     /// Fetches every buffer; one that cannot be had is only missed when something points into it.
     pub fn fetch(document: &Document, binary: Option<&'a [u8]>, folder: &Folder) -> Self {
+        let mut fetched = BTreeMap::new();
         let buffers = document.buffers.iter().enumerate().map(|(number, buffer)| match (&buffer.uri, binary) {
-            (Some(uri), _) => folder.uri(uri).map(Cow::Owned),
-            (None, Some(binary)) if number == 0 => Ok(Cow::Borrowed(binary)),
+            // Many buffers may name one file.
+            (Some(uri), _) => fetched.entry(uri).or_insert_with(|| folder.uri(uri).map(Arc::<[u8]>::from)).clone().map(Source::Own),
+            (None, Some(binary)) if number == 0 => Ok(Source::Chunk(binary)),
             (None, _) => Err("has no bytes".to_owned()),
         });
         Self { buffers: buffers.collect() }
@@ -28,7 +48,7 @@ impl<'a> Bytes<'a> {
     pub fn view(&self, document: &Document, view: usize) -> Result<(&[u8], Option<usize>)> {
         let about = pick(&document.buffer_views, view, "buffer view")?;
         let buffer = pick(&self.buffers, about.buffer, "buffer")?;
-        let buffer = buffer.as_ref().map_err(|why| broken(format!("buffer {} {why}", about.buffer)))?;
+        let buffer = buffer.as_ref().map_err(|why| broken(format!("buffer {} {why}", about.buffer)))?.bytes();
         let end = about.byte_offset.checked_add(about.byte_length);
         let bytes = end.and_then(|end| buffer.get(about.byte_offset..end));
         let bytes = bytes.ok_or_else(|| {

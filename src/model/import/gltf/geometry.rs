@@ -9,6 +9,9 @@ use crate::Result;
 use crate::geom::{PolyMesh, Surface};
 use crate::model::import::Warnings;
 
+/// What a primitive costs beside its vertices, in vertices.
+const PRIMITIVE_COST: usize = 32;
+
 const TRIANGLES: u64 = 4;
 const STRIP: u64 = 5;
 const FAN: u64 = 6;
@@ -30,6 +33,8 @@ impl Geometry<'_> {
         spent: &mut Spent,
         warnings: &mut Warnings,
     ) -> Result<Option<Surface>> {
+        // However small, it takes its time.
+        spent.vertices(PRIMITIVE_COST)?;
         let mode = self.primitive.mode.unwrap_or(TRIANGLES);
         if !(TRIANGLES..=FAN).contains(&mode) {
             warnings.add("not-triangles", "points or lines in the file are left out".to_owned());
@@ -103,15 +108,16 @@ impl Geometry<'_> {
 
     /// Unit normals: the file's where they are any, else those of the shape.
     fn normals(&self, mesh: &PolyMesh, used: &[u32], world: DMat4, spent: &mut Spent) -> Result<Vec<Vec3>> {
-        let Some(normals) = self.beside("NORMAL", used, spent)? else { return Ok(mesh.vertex_normals()) };
+        let Some(normals) = self.beside("NORMAL", used, spent)? else { return Ok(shape_normals(mesh)) };
         let turn = normal_matrix(world);
         let place = |&vertex: &u32| {
             let normal = turn * DVec3::from_array(normals.vector::<3>(vertex as usize, 0.0).map(f64::from));
-            normal.normalize_or_zero().as_vec3()
+            // Of the shortest numbers, the first step gives only nearly unit length.
+            normal.normalize_or_zero().normalize_or_zero().as_vec3()
         };
         let mut placed: Vec<Vec3> = used.iter().map(place).collect();
         if placed.contains(&Vec3::ZERO) {
-            let shape = mesh.vertex_normals();
+            let shape = shape_normals(mesh);
             placed.iter_mut().zip(shape).filter(|(n, _)| **n == Vec3::ZERO).for_each(|(n, own)| *n = own);
         }
         Ok(placed)
@@ -137,6 +143,11 @@ impl Geometry<'_> {
         let colors: Vec<[f32; 4]> = used.iter().map(|&v| colors.vector::<4>(v as usize, 1.0).map(clean)).collect();
         Ok(if colors.iter().all(|c| *c == [1.0; 4]) { Vec::new() } else { colors })
     }
+}
+
+/// The mesh's own normals. Those of the smallest shapes are of unit length only after a second step.
+fn shape_normals(mesh: &PolyMesh) -> Vec<Vec3> {
+    mesh.vertex_normals().into_iter().map(|normal| normal.normalize_or(Vec3::Y)).collect()
 }
 
 fn triangles(corners: &[u32], mode: u64) -> Vec<[u32; 3]> {

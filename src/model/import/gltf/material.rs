@@ -1,5 +1,6 @@
 //! Materials and textures (glTF 2.0, 3.8–3.9): the base colour, what is cut out, and how the texture lies on the surface.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -49,14 +50,14 @@ impl<'a> Materials<'a> {
         used.sort_unstable();
         used.dedup();
         let mut budget = PixelBudget::default();
-        let encoded: Vec<(usize, Result<Vec<u8>, String>)> = used
+        let encoded: Vec<(usize, Result<Cow<[u8]>, String>)> = used
             .into_iter()
             .map(|image| {
                 let bytes = encoded(document, bytes, folder, image);
                 (image, bytes.and_then(|bytes| budget.admit(&bytes).map(|()| bytes)))
             })
             .collect();
-        let open = |bytes: Vec<u8>| {
+        let open = |bytes: Cow<[u8]>| {
             let image = picture::decode(&bytes)?;
             let (solid, cut_out) = (image.pixels().all(|p| p[3] == 255), picture::has_cut_outs(&image));
             Ok(Picture { image: Arc::new(image), solid, cut_out })
@@ -163,18 +164,21 @@ fn texture_use(material: &Source) -> Option<&TextureUse> {
     older.map_or(&material.pbr_metallic_roughness.base_color_texture, |older| &older.diffuse_texture).as_ref()
 }
 
-/// The image of a texture: its WebP form when it has one.
+/// The image of a texture: its WebP form when it has one. Of images with the same bytes, the first.
 fn image_of(document: &Document, texture: usize) -> Option<usize> {
     let texture = document.textures.get(texture)?;
-    texture.extensions.webp.as_ref().map(|webp| webp.source).or(texture.source)
+    let image = texture.extensions.webp.as_ref().map(|webp| webp.source).or(texture.source)?;
+    Some(document.first_alike.get(image).copied().unwrap_or(image))
 }
 
 /// The bytes of an image, from its buffer view, its `data:` URI or its file.
-fn encoded(document: &Document, bytes: &Bytes, folder: &Folder, image: usize) -> Result<Vec<u8>, String> {
+fn encoded<'b>(document: &Document, bytes: &'b Bytes, folder: &Folder, image: usize) -> Result<Cow<'b, [u8]>, String> {
     let about = document.images.get(image).ok_or_else(|| "is not in the file".to_owned())?;
     match (&about.uri, about.buffer_view) {
-        (_, Some(view)) => bytes.view(document, view).map(|(bytes, _)| bytes.to_vec()).map_err(|e| format!("cannot be had ({e})")),
-        (Some(uri), None) => folder.uri(uri),
+        (_, Some(view)) => {
+            bytes.view(document, view).map(|(bytes, _)| Cow::Borrowed(bytes)).map_err(|e| format!("cannot be had ({e})"))
+        }
+        (Some(uri), None) => folder.uri(uri).map(Cow::Owned),
         (None, None) => Err("has no bytes".to_owned()),
     }
 }

@@ -56,7 +56,7 @@ impl<'a> File<'a> {
     /// [`Error::BrokenModel`] for damaged bytes, [`Error::GltfExtension`] for a file that cannot be understood without an extension.
     pub fn open(bytes: &'a [u8]) -> Result<Self> {
         let (json, binary) = chunks(bytes)?;
-        let document: Document = serde_json::from_slice(json).map_err(|e| broken(format!("its JSON cannot be read ({e})")))?;
+        let mut document: Document = serde_json::from_slice(json).map_err(|e| broken(format!("its JSON cannot be read ({e})")))?;
         if !document.asset.version.starts_with("2.") {
             return Err(broken(format!("it is of version “{}” instead of 2.0", shortened(&document.asset.version))));
         }
@@ -68,6 +68,7 @@ impl<'a> File<'a> {
                 return Err(Error::GltfExtension { name: shortened(name), remedy });
             }
         }
+        document.compare_images();
         Ok(Self { document, binary, length: bytes.len() })
     }
 

@@ -26,6 +26,18 @@ pub struct Document {
     pub images: Vec<Image>,
     pub samplers: Vec<Sampler>,
     pub extras: Value,
+    /// Not in the file: for every image the first one with the same source, so that each source is decoded once.
+    #[serde(skip)]
+    pub first_alike: Vec<usize>,
+}
+
+impl Document {
+    /// Notes which images are the same.
+    pub fn compare_images(&mut self) {
+        let mut first = BTreeMap::new();
+        let source = |image: &Image| (image.uri.clone(), image.buffer_view);
+        self.first_alike = self.images.iter().enumerate().map(|(k, image)| *first.entry(source(image)).or_insert(k)).collect();
+    }
 }
 
 #[derive(Deserialize, Default)]
