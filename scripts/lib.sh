@@ -48,6 +48,7 @@ apt_install() {
 need_rust() {
     command -v cargo >/dev/null || stop "cargo is missing. Install Rust from https://rustup.rs, then run the same command again."
     command -v cc >/dev/null || apt_install "linking Rust programs" gcc libc6-dev
+    command -v c++ >/dev/null || apt_install "the picture metric FLIP, which is C++" g++
     fetch "the Rust crates of Cargo.lock" cargo fetch --quiet --locked --target "$(rustc -vV | sed -n 's/^host: //p')"
 }
 

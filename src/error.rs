@@ -467,6 +467,15 @@ pub enum Error {
         /// What was asked for.
         found: String,
     },
+    // ---- Comparing pictures: metrics/ ----
+    /// Two pictures that cannot be compared pixel by pixel.
+    #[error("two pictures of one size are needed, but these have {}×{} and {}×{} pixels; draw both at the same --size", a[0], a[1], b[0], b[1])]
+    UnlikeSizes {
+        /// Width and height of the first.
+        a: [u32; 2],
+        /// Width and height of the second.
+        b: [u32; 2],
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.

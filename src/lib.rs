@@ -9,7 +9,7 @@
 //! ```
 //!
 //! * floor 0: [`error`], [`seed`], [`params`](mod@params), [`files`], [`geom`], [`raster`] — what everything stands on;
-//! * floor 1: [`photo`] — decoding, segmentation, silhouette, exemplar, trunk cues; [`plant`] — grown trees;
+//! * floor 1: [`photo`] — decoding, segmentation, silhouette, exemplar, trunk cues; [`plant`] — grown trees; [`metrics`] — how alike two pictures are;
 //! * floor 2: [`crown`] and [`texture`] — outline to closed surface, exemplar to atlas;
 //! * floor 3: [`model`] — the pipeline from photograph to `TreeModel`, and its GLB file;
 //! * floor 7: [`report`] — pictures for people: stage drawings and contact sheets;
@@ -26,6 +26,7 @@ pub mod error;
 pub mod files;
 pub mod geom;
 pub mod gpu;
+pub mod metrics;
 pub mod model;
 pub mod params;
 pub mod photo;

@@ -1,12 +1,14 @@
 //! The window under Xvfb: opened, driven by real key presses, its pictures looked at, resized, hidden, closed.
 
+mod common;
+
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use common::{skip, software_gpu};
 use image::RgbaImage;
-use sphereboard::gpu::{AdapterChoice, Gpu};
 
 /// An X server without a screen, stopped when dropped.
 struct Screen {
@@ -45,12 +47,6 @@ impl Drop for Screen {
     }
 }
 
-/// Says why a test cannot run here; an error where everything must be there.
-fn skip(why: &str) {
-    assert!(std::env::var_os("SPHEREBOARD_REQUIRE_GPU").is_none(), "SPHEREBOARD_REQUIRE_GPU is set, but {why}");
-    eprintln!("SKIPPED: {why}; scripts/setup test installs what is missing");
-}
-
 /// Tries until `ready` gives something.
 fn wait_for<T>(what: &str, mut ready: impl FnMut() -> Option<T>) -> T {
     let end = Instant::now() + Duration::from_secs(60);
@@ -80,12 +76,12 @@ fn model(folder: &Path) -> PathBuf {
 
 #[test]
 fn a_window_opens_follows_the_keys_saves_pictures_and_closes() {
-    if Gpu::open(&AdapterChoice::Software).is_err() {
-        return skip("there is no graphics adapter");
+    if software_gpu().is_none() {
+        return;
     }
-    let Some(screen) = Screen::open() else { return skip("there is no Xvfb") };
+    let Some(screen) = Screen::open() else { return skip("no Xvfb") };
     if screen.tell(&["version"]).is_none() {
-        return skip("there is no xdotool");
+        return skip("no xdotool");
     }
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
     let mut viewer = Command::new(env!("CARGO_BIN_EXE_sphereboard"))

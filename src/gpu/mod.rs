@@ -7,6 +7,8 @@ pub mod layout;
 mod readback;
 mod shader;
 mod survey;
+#[cfg(test)]
+pub mod testing;
 mod texture;
 
 pub use adapter::{AdapterChoice, Gpu, instance};
