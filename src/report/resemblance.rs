@@ -104,7 +104,7 @@ fn at_size(mask: &Mask, [width, height]: [u32; 2]) -> Mask {
 }
 
 /// A mask with every hole filled: what does not reach the border from outside is inside.
-fn without_holes(mask: &Mask) -> Mask {
+pub(super) fn without_holes(mask: &Mask) -> Mask {
     let (width, height) = (mask.width(), mask.height());
     // A rim of one pixel joins everything outside.
     let outside = GrayImage::from_fn(width + 2, height + 2, |x, y| Luma([u8::from(!mask.get(i64::from(x) - 1, i64::from(y) - 1))]));
