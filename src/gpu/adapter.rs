@@ -117,7 +117,10 @@ impl Gpu {
     /// [`Error::Device`] when it refuses.
     pub fn open_adapter(instance: wgpu::Instance, adapter: wgpu::Adapter) -> Result<Self> {
         let info = adapter.get_info();
-        let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::POLYGON_MODE_LINE | wgpu::Features::INDIRECT_FIRST_INSTANCE;
+        let wanted = wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
+            | wgpu::Features::POLYGON_MODE_LINE
+            | wgpu::Features::INDIRECT_FIRST_INSTANCE;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("sphereboard"),
             required_features: adapter.features() & wanted,
@@ -146,7 +149,7 @@ impl Gpu {
 
     /// Whether the device can time passes itself.
     pub fn has_timestamps(&self) -> bool {
-        self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
+        self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
     }
 
     /// What went wrong since the last call, if anything. Every public drawing function asks this before it returns.
