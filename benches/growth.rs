@@ -15,8 +15,8 @@ use sphereboard::model::glb;
 use sphereboard::model::pipeline::{self, ModelParams, Request, View};
 use sphereboard::photo::{DecodeParams, Hints, decode};
 use sphereboard::render::{
-    Background, Camera, GrowthChoice, GrowthEdges, GrowthKeys, GrowthParams, GrowthRoots, LightParams, Picture, Renderer, Shot,
-    Stage, Stand, Tree, WindParams,
+    Background, Camera, GrowthChoice, GrowthEdges, GrowthKeys, GrowthParams, GrowthRoots, Picture, Renderer, Shot, Stage, Stand,
+    Tree,
 };
 use sphereboard::{Result, Seed};
 
@@ -58,17 +58,8 @@ fn modelled() -> Result<sphereboard::model::TreeModel> {
 fn shot(tree: &Tree, turn_deg: f32, size_px: [u32; 2], stage: Stage, growth: GrowthParams) -> Shot {
     let bounds = tree.bounds().expect("a tree of something");
     let distance = 0.5 * bounds.size().y / (0.5 * sphereboard::render::FOV_Y_RAD).tan() * 1.15;
-    Shot {
-        camera: Camera::orbit(bounds.center(), turn_deg.to_radians(), 0.05, distance),
-        size_px,
-        stage,
-        background: Background::Black,
-        toward_sun: Vec3::Y,
-        light: LightParams::default(),
-        wind: WindParams::default(),
-        growth,
-        frame: 0,
-    }
+    let camera = Camera::orbit(bounds.center(), turn_deg.to_radians(), 0.05, distance);
+    Shot { stage, background: Background::Black, toward_sun: Vec3::Y, growth, ..Shot::new(camera, size_px) }
 }
 
 fn params(growth: GrowthChoice) -> GrowthParams {

@@ -55,7 +55,7 @@ fn meadow(at: vec2f, footprint_m: f32) -> vec3f {
     let turned = vec2f(0.8 * at.x - 0.6 * at.y, 0.6 * at.x + 0.8 * at.y);
     let patches = 0.55 * noise(turned, 37.0, footprint_m) + 0.3 * noise(at, 11.0, footprint_m) + 0.15 * noise(turned, 2.9, footprint_m);
     let grain = 0.3 * noise(at, 0.53, footprint_m) + 0.35 * noise(turned, 0.17, footprint_m) + 0.35 * noise(at, 0.05, footprint_m);
-    let grass = mix(vec3f(0.070, 0.128, 0.026), vec3f(0.125, 0.158, 0.044), saturate(0.5 + 0.55 * patches));
+    let grass = mix(vec3f(0.080, 0.146, 0.030), vec3f(0.143, 0.180, 0.050), saturate(0.5 + 0.55 * patches));
     return grass * (1.0 + 0.38 * grain);
 }
 

@@ -6,10 +6,11 @@
 #import shared/shadow
 #import shared/sky
 
+// gpu::layout::Frame::background where there is air to see through.
+const SKY: u32 = 0u;
+
 // Crowns near enough to grow, by slot.
 @group(0) @binding(8) var<storage, read> crowns: array<GrowingCrown>;
-
-const SKY: u32 = 0u;
 
 struct Seen {
     @builtin(position) position: vec4f,
@@ -57,7 +58,7 @@ fn lit(albedo: vec3f, seen: Seen, n: vec3f) -> vec3f {
     var sun = vec3f(0.0);
     if material.foliage > 0.0 {
         let reach = select(0.1 * material.tree_height_m, min(material.crown_reach.x, material.crown_reach.y), material.grows != 0u);
-        sun = sun_on_foliage(n, toward_eye) * sun_through_leaves(seen.world, 0.22 * reach);
+        sun = sun_on_foliage(n, toward_eye) * sun_through_leaves(seen.world, 0.3 * reach);
     } else {
         sun = sun_on_face(n) * sun_on_solid(seen.world + 2.0 * frame.shadow_texel_m * n, 0.0);
     }
@@ -77,7 +78,9 @@ fn fs_main(seen: Seen, @builtin(front_facing) front: bool) -> Drawn {
         discard;
     }
     var shown = color.rgb;
-    if frame.lit > 0.0 {
+    if frame.show_normals == 1u {
+        shown = 0.5 + 0.5 * normalize(select(-seen.normal, seen.normal, front));
+    } else if frame.lit > 0.0 {
         let n = normalize(seen.normal);
         shown = mix(shown, lit(shown, seen, select(-n, n, front)), frame.lit);
     }

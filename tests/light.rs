@@ -11,7 +11,7 @@ use image::{Rgba, RgbaImage};
 use sphereboard::geom::Surface;
 use sphereboard::gpu::layout::Instance;
 use sphereboard::model::{Material, Part, Wrap};
-use sphereboard::render::{Background, Camera, LightParams, Picture, Projection, Renderer, Shot, Stage, Stand, WindParams};
+use sphereboard::render::{Background, Camera, Picture, Projection, Renderer, Shot, Stage, Stand, WindParams};
 
 /// Where the ball hangs, and its radius, metres.
 const HUNG: Vec3 = Vec3::new(0.0, 4.0, 0.0);
@@ -80,15 +80,8 @@ fn sun(azimuth_deg: f32, elevation_deg: f32) -> Vec3 {
 
 /// From the front, ten metres of height in the picture.
 fn shot(stage: Stage, background: Background) -> Shot {
-    Shot {
-        camera: parallel(Vec3::new(0.0, 5.0, 0.0), 0.0, 5.0),
-        size_px: [256, 256],
-        stage,
-        background,
-        toward_sun: sun(30.0, 45.0),
-        light: LightParams::default(),
-        wind: WindParams::default(),
-    }
+    let camera = parallel(Vec3::new(0.0, 5.0, 0.0), 0.0, 5.0);
+    Shot { stage, background, toward_sun: sun(30.0, 45.0), ..Shot::new(camera, [256, 256]) }
 }
 
 fn parallel(target: Vec3, elevation_rad: f32, half_height_m: f32) -> Camera {

@@ -102,9 +102,9 @@ fn a_window_opens_follows_the_keys_saves_pictures_and_closes() {
     assert_eq!(first.dimensions(), (320, 240));
     screen.press("p");
     assert_eq!(screenshot(folder.path(), 2), first, "a still camera gives the same picture");
-    // Each key must change the picture: another side, no light, black behind, on foot.
+    // Each key must change the picture: another side, no light, smooth outline, edges, normals, black behind, on foot.
     let mut before = first;
-    for (number, key) in ["Right", "1", "b", "Tab"].into_iter().enumerate() {
+    for (number, key) in ["Right", "3", "g", "f", "n", "b", "Tab"].into_iter().enumerate() {
         screen.press(key);
         screen.press("p");
         let after = screenshot(folder.path(), 3 + number);
@@ -120,7 +120,7 @@ fn a_window_opens_follows_the_keys_saves_pictures_and_closes() {
     screen.tell(&["windowmap", "--sync", &window]).expect("the window can be shown again");
     screen.tell(&["windowfocus", "--sync", &window]).expect("the window takes the focus again");
     screen.press("p");
-    assert_eq!(screenshot(folder.path(), 7).dimensions(), (400, 300), "pictures follow the window's size");
+    assert_eq!(screenshot(folder.path(), 10).dimensions(), (400, 300), "pictures follow the window's size");
 
     screen.press("Escape");
     let status = wait_for("the end", || viewer.try_wait().unwrap());

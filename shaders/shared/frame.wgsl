@@ -18,6 +18,8 @@ struct Frame {
     lean: vec2f,
     flutter_m: f32,
     sun_depth_m: f32,
+    show_normals: u32,
+    pad: array<u32, 3>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

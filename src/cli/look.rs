@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::geom::Bounds;
 use crate::gpu::{AdapterChoice, Gpu};
-use crate::render::{Background, Camera, GrowthParams, LightParams, Renderer, Shot, Stage, WindParams};
+use crate::render::{Background, Camera, GrowthParams, LightParams, Renderer, Shot, Show, Stage, WindParams};
 use crate::{Error, Result};
 
 use super::options;
@@ -24,6 +24,8 @@ crate::params! {
         distance_m: f64 = 0.0, in 0.0..=100000.0, unit "m", source "ours: all of it seen";
         /// How far the picture is taken.
         stage: Stage = Stage::Lit, unit "", source "She fig. 15 b-e";
+        /// What is shown of the surfaces.
+        show: Show = Show::Picture, unit "", source "ours: how they look";
         /// What stands behind the tree.
         background: Background = Background::Sky, unit "", source "ours: as in a scene";
     }
@@ -153,9 +155,10 @@ impl Look {
 
     /// The picture to take from there.
     pub fn shot(&self, camera: Camera) -> Shot {
-        let LookParams { stage, background, .. } = self.params;
+        let LookParams { stage, show, background, .. } = self.params;
         Shot {
             stage,
+            show,
             background,
             toward_sun: self.toward_sun,
             light: self.light.clone(),

@@ -42,6 +42,10 @@ pub struct Frame {
     pub flutter_m: f32,
     /// Metres from depth 1 to depth 0 of the sun's shadow map.
     pub sun_depth_m: f32,
+    /// 1 to show which way surfaces face instead of how they look.
+    pub show_normals: u32,
+    /// Unused: keeps the size a multiple of 16.
+    pub pad: [u32; 3],
 }
 
 /// What one part's surface is made of: WGSL `Material`, uniform.

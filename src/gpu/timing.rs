@@ -28,8 +28,7 @@ impl PassClock {
     /// The best clock that the device has.
     pub fn new(gpu: &Gpu) -> Self {
         let by = if gpu.has_timestamps() {
-            let descriptor =
-                wgpu::QuerySetDescriptor { label: Some("timing.ticks"), ty: wgpu::QueryType::Timestamp, count: MARKS };
+            let descriptor = wgpu::QuerySetDescriptor { label: Some("timing.ticks"), ty: wgpu::QueryType::Timestamp, count: MARKS };
             By::Device(gpu.device.create_query_set(&descriptor))
         } else {
             By::Wall(vec![])
@@ -94,7 +93,8 @@ fn ticks(gpu: &Gpu, set: &wgpu::QuerySet, count: u32) -> Result<Vec<u64>> {
     encoder.resolve_query_set(set, 0..count, &buffer, 0);
     gpu.queue.submit([encoder.finish()]);
     let bytes = read_buffer(gpu, &buffer)?;
-    let all: Vec<u64> = bytes.chunks_exact(8).take(count as usize).map(|b| u64::from_le_bytes(b.try_into().expect("eight"))).collect();
+    let all: Vec<u64> =
+        bytes.chunks_exact(8).take(count as usize).map(|b| u64::from_le_bytes(b.try_into().expect("eight"))).collect();
     Ok(all.iter().map(|tick| tick.wrapping_sub(all[0])).collect())
 }
 
@@ -136,7 +136,8 @@ mod tests {
             layout: &pipeline.get_bind_group_layout(0),
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
         });
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("timing.busy"), timestamp_writes: None });
+        let mut pass =
+            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("timing.busy"), timestamp_writes: None });
         pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.dispatch_workgroups(256, 1, 1);

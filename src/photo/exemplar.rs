@@ -70,7 +70,8 @@ pub fn choose(photo: &Photo, crown: &Mask, gaps: &Mask, texels_per_px: f64, para
     limit_gaps(&mut layer, params.gap_limit);
     let foliage = encoded_mean(&photo.image, crown, gaps);
     if let Some(mean) = foliage {
-        shift_mean(&mut layer, mean);
+        let weights: Vec<f32> = layer.texels.iter().map(|t| t.w).collect();
+        layer.shift_mean(&weights, mean);
     }
     let byte = |v: f32| v.round().clamp(0.0, 255.0) as u8;
     let image = RgbaImage::from_fn(side as u32, side as u32, |x, y| {
@@ -147,20 +148,6 @@ pub fn encoded_mean(image: &image::RgbImage, crown: &Mask, gaps: &Mask) -> Optio
         }
     }
     (count > 0).then(|| Vec3::from(sum.map(|s| s as f32 / count as f32)))
-}
-
-/// Scales the channels until the mean over foliage is `target`; a few rounds, since bright texels clip.
-fn shift_mean(layer: &mut Layer, target: Vec3) {
-    for _ in 0..4 {
-        let sum: Vec4 = layer.texels.iter().map(|t| (t.w * t.truncate()).extend(t.w)).sum();
-        if sum.w <= 0.0 {
-            return;
-        }
-        let gain = (target / (sum.truncate() / sum.w).max(Vec3::ONE)).clamp(Vec3::splat(0.25), Vec3::splat(4.0));
-        for t in &mut layer.texels {
-            *t = (gain * t.truncate()).min(Vec3::splat(255.0)).extend(t.w);
-        }
-    }
 }
 
 /// The exemplar as a layer to sample from: encoded sRGB 0..=255 in `xyz`, alpha 0..=1 in `w`.

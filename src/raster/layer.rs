@@ -61,6 +61,20 @@ impl Layer {
         self
     }
 
+    /// Scales the channels, encoded sRGB 0..=255, until their mean under `weights` is `target`; a few rounds, since bright texels clip.
+    pub fn shift_mean(&mut self, weights: &[f32], target: Vec3) {
+        for _ in 0..4 {
+            let sum: Vec4 = self.texels.iter().zip(weights).map(|(t, &w)| (w * t.truncate()).extend(w)).sum();
+            if sum.w <= 0.0 {
+                return;
+            }
+            let gain = (target / (sum.truncate() / sum.w).max(Vec3::ONE)).clamp(Vec3::splat(0.25), Vec3::splat(4.0));
+            for t in &mut self.texels {
+                *t = (gain * t.truncate()).min(Vec3::splat(255.0)).extend(t.w);
+            }
+        }
+    }
+
     /// The texel at mirrored coordinates: the layer continues as its own reflection.
     pub fn mirrored(&self, x: i64, y: i64) -> Vec4 {
         let fold = |i: i64, n: usize| {

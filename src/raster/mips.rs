@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn gaps_take_the_colour_of_their_rims_and_never_show_their_own() {
-        let leaf = |x: u32, y: u32| (x / 3 + y / 3) % 2 == 0;
+        let leaf = |x: u32, y: u32| (x / 3 + y / 3).is_multiple_of(2);
         let picture = RgbaImage::from_fn(48, 48, |x, y| if leaf(x, y) { Rgba([60, 120, 30, 255]) } else { Rgba([255, 0, 255, 0]) });
         for level in mip_chain(&picture, Some(0.5)) {
             assert!(level.pixels().all(|p| p.0[0].abs_diff(60) <= 1 && p.0[1].abs_diff(120) <= 1 && p.0[2].abs_diff(30) <= 1));
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn an_even_grey_is_opened_evenly() {
-        let picture = RgbaImage::from_fn(64, 64, |x, y| Rgba([50, 90, 40, if (x + y) % 2 == 0 { 255 } else { 0 }]));
+        let picture = RgbaImage::from_fn(64, 64, |x, y| Rgba([50, 90, 40, if (x + y).is_multiple_of(2) { 255 } else { 0 }]));
         let level = &mip_chain(&picture, Some(0.5))[1];
         for (x, y) in [(0, 0), (16, 0), (0, 16), (16, 16)] {
             let quarter = image::imageops::crop_imm(level, x, y, 16, 16).to_image();

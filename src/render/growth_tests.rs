@@ -56,17 +56,8 @@ fn tree() -> Vec<Part> {
 }
 
 fn shot(azimuth: f32, elevation: f32, distance: f32, size_px: [u32; 2], stage: Stage) -> Shot {
-    Shot {
-        camera: Camera::orbit(Vec3::new(0.3, 3.0, 0.0), azimuth, elevation, distance),
-        size_px,
-        stage,
-        background: Background::Sky,
-        toward_sun: Vec3::Y,
-        light: LightParams::default(),
-        wind: WindParams::default(),
-        growth: GrowthParams::default(),
-        frame: 0,
-    }
+    let camera = Camera::orbit(Vec3::new(0.3, 3.0, 0.0), azimuth, elevation, distance);
+    Shot { stage, toward_sun: Vec3::Y, ..Shot::new(camera, size_px) }
 }
 
 fn instances() -> Vec<Instance> {

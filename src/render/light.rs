@@ -11,7 +11,7 @@ crate::params! {
         /// Brightness of sun and sky together.
         exposure: f64 = 1.0, in 0.05..=8.0, unit "", source "ours: a sunlit crown is as bright as in its photograph";
         /// Side of the shadow map, pixels.
-        shadow_map_px: PowerOfTwo = PowerOfTwo(1024), in 256..=8192, unit "px", source "ours: 2 cm a texel on a tree of 15 m, 10 ms on a software driver";
+        shadow_map_px: PowerOfTwo = PowerOfTwo(1024), in 256..=8192, unit "px", source "ours: 2 cm a texel on a tree of 15 m; twice as many cost three times as much time";
         /// Trees cast shadows up to this far from the viewer.
         shadow_range_m: f64 = 150.0, in 10.0..=2000.0, unit "m", source "ours: beyond, crowns hide the ground between them";
     }
@@ -35,9 +35,9 @@ impl Light {
         let height = toward_sun.y;
         let low = (-7.0 * height.max(0.0)).exp();
         let risen = smooth((height + 0.04) / 0.12);
-        let sun = risen * Vec3::new(1.62, 1.50, 1.26).lerp(Vec3::new(1.55, 0.98, 0.52), low);
+        let sun = risen * Vec3::new(1.40, 1.30, 1.09).lerp(Vec3::new(1.40, 0.88, 0.47), low);
         let day = 0.03 + 0.97 * smooth((height + 0.2) / 0.35);
-        let sky = day * Vec3::new(0.54, 0.60, 0.72).lerp(Vec3::new(0.50, 0.47, 0.55), low);
+        let sky = day * Vec3::new(0.48, 0.54, 0.65).lerp(Vec3::new(0.46, 0.43, 0.51), low);
         // Grass throws back a seventh, mostly green; and what the crown itself throws about.
         let ground = Vec3::new(0.17, 0.18, 0.10) * (height.max(0.0) * sun + sky);
         Self { sun: exposure * sun, sky: exposure * sky, ground: exposure * ground }

@@ -92,6 +92,8 @@ pub struct Placed {
 pub struct MeshDrawer {
     /// One-sided, two-sided.
     seen: [wgpu::RenderPipeline; 2],
+    /// The same as lines, where the adapter can.
+    wires: Option<[wgpu::RenderPipeline; 2]>,
     /// For the sun: solid (one-sided, two-sided), cut out (one-sided, two-sided).
     cast: [[wgpu::RenderPipeline; 2]; 2],
     material_layout: wgpu::BindGroupLayout,
@@ -116,8 +118,9 @@ impl MeshDrawer {
         let cast_layout = layout("cast.layout", &[Some(frame), Some(&material_layout)]);
         let targets = [Some(COLOR.into()), Some(ID.into())];
         let sides = [Some(wgpu::Face::Back), None];
-        let solid = |cull| pipeline(gpu, "cast.solid", &cast_layout, &cast, None, cull);
-        let cut_out = |cull| pipeline(gpu, "cast.cut_out", &cast_layout, &cast, Some(&[]), cull);
+        let fill = wgpu::PolygonMode::Fill;
+        let solid = |cull| pipeline(gpu, "cast.solid", &cast_layout, &cast, None, cull, fill);
+        let cut_out = |cull| pipeline(gpu, "cast.cut_out", &cast_layout, &cast, Some(&[]), cull, fill);
         let sampler = |label, mode, anisotropy_clamp| {
             gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some(label),
@@ -130,8 +133,11 @@ impl MeshDrawer {
                 ..Default::default()
             })
         };
+        let seen = |mode| sides.map(|cull| pipeline(gpu, "mesh.pipeline", &mesh_layout, &mesh, Some(&targets), cull, mode));
+        let has_lines = gpu.device.features().contains(wgpu::Features::POLYGON_MODE_LINE);
         Self {
-            seen: sides.map(|cull| pipeline(gpu, "mesh.pipeline", &mesh_layout, &mesh, Some(&targets), cull)),
+            seen: seen(fill),
+            wires: has_lines.then(|| seen(wgpu::PolygonMode::Line)),
             cast: [sides.map(solid), sides.map(cut_out)],
             samplers: [("mesh.clamp", wgpu::AddressMode::ClampToEdge), ("mesh.repeat", wgpu::AddressMode::Repeat)]
                 .map(|(label, mode)| [ANISOTROPY, 1].map(|texels| sampler(label, mode, texels))),
@@ -237,7 +243,9 @@ impl MeshDrawer {
         sun: &wgpu::BindGroup,
         targets: &Targets,
         trees: &[(&Tree, Placed)],
+        wireframe: bool,
     ) {
+        let pipelines = self.wires.as_ref().filter(|_| wireframe).unwrap_or(&self.seen);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("trees"),
             color_attachments: &[
@@ -249,7 +257,7 @@ impl MeshDrawer {
         });
         pass.set_bind_group(0, frame, &[]);
         pass.set_bind_group(2, sun, &[]);
-        draw_parts(&mut pass, trees, |part| &self.seen[usize::from(part.two_sided)]);
+        draw_parts(&mut pass, trees, |part| &pipelines[usize::from(part.two_sided)]);
     }
 
     /// Draws trees into the sun's map.
@@ -310,6 +318,7 @@ fn pipeline(
     shader: &Shader,
     targets: Option<&[Option<wgpu::ColorTargetState>]>,
     cull_mode: Option<wgpu::Face>,
+    polygon_mode: wgpu::PolygonMode,
 ) -> wgpu::RenderPipeline {
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(label),
@@ -320,7 +329,7 @@ fn pipeline(
             compilation_options: Default::default(),
             buffers: &[Some(layout::Vertex::LAYOUT), Some(layout::Instance::LAYOUT)],
         },
-        primitive: wgpu::PrimitiveState { cull_mode, ..Default::default() },
+        primitive: wgpu::PrimitiveState { cull_mode, polygon_mode, ..Default::default() },
         depth_stencil: Some(nearer()),
         multisample: wgpu::MultisampleState::default(),
         fragment: targets.map(|targets| wgpu::FragmentState {

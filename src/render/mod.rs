@@ -76,6 +76,18 @@ crate::choices! {
     }
 }
 
+crate::choices! {
+    /// What is shown of the surfaces.
+    pub enum Show {
+        /// How they look.
+        Picture = "picture",
+        /// The edges of their triangles; as `picture` where the adapter cannot draw lines.
+        Wireframe = "wireframe",
+        /// Which way they face: red right, green up, blue towards +Z.
+        Normals = "normals",
+    }
+}
+
 /// One picture to be taken.
 #[derive(Debug, Clone)]
 pub struct Shot {
@@ -85,6 +97,8 @@ pub struct Shot {
     pub size_px: [u32; 2],
     /// How far it is taken.
     pub stage: Stage,
+    /// What is shown of the surfaces.
+    pub show: Show,
     /// What stands behind the trees.
     pub background: Background,
     /// Towards the sun, any length but zero.
@@ -106,6 +120,7 @@ impl Shot {
             camera,
             size_px,
             stage: Stage::Lit,
+            show: Show::Picture,
             background: Background::Sky,
             // From the upper right behind the viewer of the front.
             toward_sun: Vec3::new(0.454_5, 0.707_1, 0.541_7),
@@ -286,7 +301,7 @@ impl Renderer {
         }
         self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background);
         passed(&mut encoder, "backdrop")?;
-        self.meshes.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, &drawn);
+        self.meshes.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, &drawn, shot.show == Show::Wireframe);
         passed(&mut encoder, "trees")?;
         self.growth.draw(gpu, &mut encoder, targets, growing, &self.crowns)?;
         passed(&mut encoder, "growth")?;
@@ -389,5 +404,7 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>) -> layout::Frame {
         lean: sway.lean.to_array(),
         flutter_m: sway.flutter_m,
         sun_depth_m: sun.map_or(1.0, |sun| sun.depth_m),
+        show_normals: u32::from(shot.show == Show::Normals),
+        pad: [0; 3],
     }
 }

@@ -11,6 +11,7 @@ use super::flat::FlatMesh;
 use super::grain::Grain;
 use crate::geom::PolyMesh;
 use crate::photo::delight::{ReducedCrown, Shading, foliage_at};
+use crate::photo::exemplar::encoded_mean;
 use crate::raster::{Layer, Mask};
 
 /// The photograph of the crown's front, and where object space lies in it: parallel projection along −Z.
@@ -80,6 +81,11 @@ impl FrontLayer {
             t.w = 1.0 - if i.w > 0.0 { i.y / i.w } else { 0.0 };
         }
         let usable = Layer { texels: deep.texels.iter().map(|t| Vec4::splat(f32::from(t.w > 0.9))).collect(), ..deep };
+        // Taking the shading out in linear light brightens the encoded mean; the exemplar has the photograph's, and so has the front.
+        if let Some(mean) = encoded_mean(front.image, crown, gaps) {
+            let weights: Vec<f32> = layer.texels.iter().zip(&usable.texels).map(|(t, u)| t.w * u.w).collect();
+            layer.shift_mean(&weights, mean);
+        }
         let seen = layer.texels.iter().zip(&usable.texels).map(|(t, u)| t.truncate().extend(t.w * u.w));
         let grain = Grain::of(&Layer { width, height, texels: seen.collect() });
         let layer = layer.sharpened(SHARPENING);

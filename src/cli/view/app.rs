@@ -28,6 +28,7 @@ pub struct App {
     look: Look,
     trees: Vec<Imported>,
     screenshots: PathBuf,
+    opened: Instant,
     closes: Option<Instant>,
     state: State,
     open: Option<Open>,
@@ -51,8 +52,9 @@ impl App {
     pub fn new(look: Look, trees: Vec<Imported>, screenshots: PathBuf, seconds: Option<u64>) -> Self {
         let points: Vec<Vec3> = trees.iter().zip(places(&trees)).flat_map(|(tree, at)| corners(&tree.parts, at)).collect();
         let state = State::new(&look, look.orbit(&points, false));
-        let closes = seconds.map(|seconds| Instant::now() + Duration::from_secs(seconds));
-        Self { look, trees, screenshots, closes, state, open: None, failed: None, cursor: None, dragging: false, saved: 0 }
+        let opened = Instant::now();
+        let closes = seconds.map(|seconds| opened + Duration::from_secs(seconds));
+        Self { look, trees, screenshots, opened, closes, state, open: None, failed: None, cursor: None, dragging: false, saved: 0 }
     }
 
     /// What went wrong while the window was open, if anything.
@@ -87,7 +89,7 @@ impl App {
         if size_px.contains(&0) {
             return Ok(()); // minimised
         }
-        let shot = self.state.shot(&self.look, size_px);
+        let shot = self.state.shot(&self.look, size_px, self.opened.elapsed().as_secs_f64());
         let triangles: usize = open.placed.iter().map(|(tree, _)| tree.triangles()).sum();
         let status = format!("{:.1} ms a frame, {triangles} triangles, {}", open.frame_ms, self.state.words());
         let text: Vec<String> = std::iter::once(status.clone()).chain(keys::lines()).collect();
@@ -104,7 +106,7 @@ impl App {
     /// Saves what is shown, without the text.
     fn save(&mut self) -> Result<()> {
         let Some(open) = &mut self.open else { return Ok(()) };
-        let shot = self.state.shot(&self.look, open.pane.size_px().map(|side| side.max(1)));
+        let shot = self.state.shot(&self.look, open.pane.size_px().map(|side| side.max(1)), self.opened.elapsed().as_secs_f64());
         let stands: Vec<Stand> =
             open.placed.iter().map(|(tree, instance)| Stand { tree, instances: std::slice::from_ref(instance) }).collect();
         let picture = open.renderer.picture(&shot, &stands)?;
@@ -172,11 +174,11 @@ impl ApplicationHandler for App {
                 }
                 self.redraw();
             }
-            WindowEvent::RedrawRequested => {
-                if let Err(error) = self.draw() {
-                    self.fail(event_loop, error);
-                }
-            }
+            WindowEvent::RedrawRequested => match self.draw() {
+                Ok(()) if self.state.moves() => self.redraw(),
+                Ok(()) => {}
+                Err(error) => self.fail(event_loop, error),
+            },
             WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed => {
                 if let Some(action) = keys::action_of(&event.logical_key) {
                     self.act(event_loop, action);

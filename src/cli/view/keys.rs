@@ -2,13 +2,19 @@
 
 use winit::keyboard::{Key, NamedKey};
 
-use crate::render::Stage;
+use crate::render::{Show, Stage};
 
 /// What a key does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Action {
     /// How far the picture is taken.
     Stage(Stage),
+    /// Shows that of the surfaces, or how they look again.
+    Show(Show),
+    /// Lets outlines grow or not.
+    Growth,
+    /// More or less wind, m/s.
+    Wind(f64),
     /// The next backdrop.
     Background,
     /// Turns the sun round the tree, °.
@@ -57,6 +63,9 @@ pub const KEYS: &[Binding] = &[
     row(Key::Character("2"), "2", Action::Stage(Stage::Reshaped), "grown outlines (fig. 15c)"),
     row(Key::Character("3"), "3", Action::Stage(Stage::Antialiased), "smoothed edges (fig. 15d)"),
     row(Key::Character("4"), "4", Action::Stage(Stage::Lit), "light (fig. 15e)"),
+    row(Key::Character("g"), "g", Action::Growth, "growth of outlines on or off"),
+    row(Key::Character("f"), "f", Action::Show(Show::Wireframe), "wireframe on or off"),
+    row(Key::Character("n"), "n", Action::Show(Show::Normals), "normals on or off"),
     row(Key::Named(NamedKey::ArrowLeft), "arrows", Action::Turn(-5.0), "turn and lift the view (or drag)"),
     row(Key::Named(NamedKey::ArrowRight), "", Action::Turn(5.0), ""),
     row(Key::Named(NamedKey::ArrowUp), "", Action::Lift(5.0), ""),
@@ -72,6 +81,8 @@ pub const KEYS: &[Binding] = &[
     row(Key::Character("-"), "- +", Action::LiftSun(-5.0), "lower or raise the sun"),
     row(Key::Character("+"), "", Action::LiftSun(5.0), ""),
     row(Key::Character("="), "", Action::LiftSun(5.0), ""),
+    row(Key::Character(","), ", .", Action::Wind(-2.0), "less or more wind"),
+    row(Key::Character("."), "", Action::Wind(2.0), ""),
     row(Key::Character("b"), "b", Action::Background, "next backdrop"),
     row(Key::Character("p"), "p", Action::Screenshot, "save the picture"),
     row(Key::Character("h"), "h", Action::Help, "show or hide this text"),

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::keys::Action;
 use crate::cli::look::{Look, Orbit};
-use crate::render::{Background, Camera, Shot, Stage};
+use crate::render::{Background, Camera, GrowthChoice, Shot, Show, Stage};
 
 /// A person's eye above the ground, metres.
 const EYE_M: f32 = 1.7;
@@ -22,7 +22,10 @@ pub struct State {
     /// Azimuth and elevation, °.
     sun_deg: [f32; 2],
     stage: Stage,
+    show: Show,
     background: Background,
+    grows: bool,
+    wind_m_per_s: f64,
     /// Whether the text is shown.
     pub help: bool,
 }
@@ -50,14 +53,19 @@ impl State {
     pub fn new(look: &Look, orbit: Orbit) -> Self {
         let sun = look.toward_sun;
         let sun_deg = [sun.x.atan2(sun.z).to_degrees(), sun.y.clamp(-1.0, 1.0).asin().to_degrees()];
-        let (stage, background) = (look.params.stage, look.params.background);
-        Self { home: orbit, orbit, walker: None, sun_deg, stage, background, help: true }
+        let (stage, show, background) = (look.params.stage, look.params.show, look.params.background);
+        let grows = look.growth.growth != GrowthChoice::None;
+        let wind_m_per_s = look.wind.wind;
+        Self { home: orbit, orbit, walker: None, sun_deg, stage, show, background, grows, wind_m_per_s, help: true }
     }
 
     /// Does what a key says.
     pub fn act(&mut self, action: Action) -> Request {
         match action {
             Action::Stage(stage) => self.stage = stage,
+            Action::Show(show) => self.show = if self.show == show { Show::Picture } else { show },
+            Action::Growth => self.grows = !self.grows,
+            Action::Wind(more) => self.wind_m_per_s = (self.wind_m_per_s + more).clamp(0.0, 60.0),
             Action::Background => self.background = next(self.background),
             Action::TurnSun(degrees) => self.sun_deg[0] = (self.sun_deg[0] + degrees).rem_euclid(360.0),
             Action::LiftSun(degrees) => self.sun_deg[1] = (self.sun_deg[1] + degrees).clamp(-5.0, 90.0),
@@ -130,17 +138,33 @@ impl State {
         }
     }
 
-    /// The picture to draw now.
-    pub fn shot(&self, look: &Look, size_px: [u32; 2]) -> Shot {
+    /// Whether the picture moves by itself.
+    pub fn moves(&self) -> bool {
+        self.wind_m_per_s > 0.0
+    }
+
+    /// The picture to draw `time_s` after the window was opened.
+    pub fn shot(&self, look: &Look, size_px: [u32; 2], time_s: f64) -> Shot {
         let [azimuth, elevation] = self.sun_deg.map(f32::to_radians);
         let toward_sun = Vec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos());
-        Shot { size_px, stage: self.stage, background: self.background, toward_sun, ..look.shot(self.camera()) }
+        let mut shot = look.shot(self.camera());
+        (shot.size_px, shot.stage, shot.show, shot.background, shot.toward_sun) =
+            (size_px, self.stage, self.show, self.background, toward_sun);
+        shot.wind.wind = self.wind_m_per_s;
+        shot.wind.time += time_s;
+        if !self.grows {
+            shot.growth.growth = GrowthChoice::None;
+        } else if shot.growth.growth == GrowthChoice::None {
+            shot.growth.growth = GrowthChoice::Auto;
+        }
+        shot
     }
 
     /// What is switched on, in words.
     pub fn words(&self) -> String {
         let how = if self.walker.is_some() { "walking" } else { "orbit" };
-        format!("{how}, {:?}, sun {:.0}°/{:.0}°", self.stage, self.sun_deg[0], self.sun_deg[1])
+        let [azimuth, elevation] = self.sun_deg;
+        format!("{how}, {:?}, sun {azimuth:.0}°/{elevation:.0}°, wind {} m/s", self.stage, self.wind_m_per_s)
     }
 }
 
@@ -165,7 +189,18 @@ mod tests {
 
     fn state() -> State {
         let orbit = Orbit { target: Vec3::new(0.0, 5.0, 0.0), azimuth_rad: 0.0, elevation_rad: 0.1, distance_m: 20.0 };
-        State { home: orbit, orbit, walker: None, sun_deg: [0.0, 45.0], stage: Stage::Lit, background: Background::Sky, help: true }
+        State {
+            home: orbit,
+            orbit,
+            walker: None,
+            sun_deg: [0.0, 45.0],
+            stage: Stage::Lit,
+            show: Show::Picture,
+            background: Background::Sky,
+            grows: true,
+            wind_m_per_s: 0.0,
+            help: true,
+        }
     }
 
     #[test]

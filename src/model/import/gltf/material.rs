@@ -22,6 +22,9 @@ const DEFAULT_CUTOFF: f32 = 0.5;
 const CLAMP_TO_EDGE: u64 = 33_071;
 const MIRRORED_REPEAT: u64 = 33_648;
 
+/// The bytes of an image, or why they cannot be had.
+type Fetched<'b> = Result<Cow<'b, [u8]>, String>;
+
 /// A texture, mirrored across and down or not.
 type Unfolded = (usize, bool, bool);
 
@@ -50,7 +53,7 @@ impl<'a> Materials<'a> {
         used.sort_unstable();
         used.dedup();
         let mut budget = PixelBudget::default();
-        let encoded: Vec<(usize, Result<Cow<[u8]>, String>)> = used
+        let encoded: Vec<(usize, Fetched)> = used
             .into_iter()
             .map(|image| {
                 let bytes = encoded(document, bytes, folder, image);
@@ -172,7 +175,7 @@ fn image_of(document: &Document, texture: usize) -> Option<usize> {
 }
 
 /// The bytes of an image, from its buffer view, its `data:` URI or its file.
-fn encoded<'b>(document: &Document, bytes: &'b Bytes, folder: &Folder, image: usize) -> Result<Cow<'b, [u8]>, String> {
+fn encoded<'b>(document: &Document, bytes: &'b Bytes, folder: &Folder, image: usize) -> Fetched<'b> {
     let about = document.images.get(image).ok_or_else(|| "is not in the file".to_owned())?;
     match (&about.uri, about.buffer_view) {
         (_, Some(view)) => {
