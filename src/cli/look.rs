@@ -77,7 +77,7 @@ pub fn add(command: Command) -> Command {
             Arg::new("sun")
                 .long("sun")
                 .value_name("AZ,EL")
-                .allow_negative_numbers(true)
+                .allow_hyphen_values(true)
                 .default_value("40,45")
                 .help("Where the sun stands, in °: azimuth as the viewer's, elevation above the horizon"),
         );

@@ -392,7 +392,11 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>) -> layout::Frame {
         eye: shot.camera.eye.to_array(),
         time_s: shot.wind.time as f32,
         toward_sun: toward_sun.to_array(),
-        lit: if shot.stage == Stage::Lit { 1.0 } else { 0.0 },
+        shading: match (shot.show, shot.stage) {
+            (Show::Normals, _) => layout::Frame::NORMALS,
+            (_, Stage::Lit) => layout::Frame::LIT,
+            _ => layout::Frame::BASE_COLOR,
+        },
         sun_color: light.sun.to_array(),
         shadow_texel_m: sun.map_or(0.0, |sun| sun.texel_m),
         sky_color: light.sky.to_array(),
@@ -404,7 +408,5 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>) -> layout::Frame {
         lean: sway.lean.to_array(),
         flutter_m: sway.flutter_m,
         sun_depth_m: sun.map_or(1.0, |sun| sun.depth_m),
-        show_normals: u32::from(shot.show == Show::Normals),
-        pad: [0; 3],
     }
 }
