@@ -109,10 +109,10 @@ fn fs_main(seen: Seen) -> Drawn {
     let px_m = 1.0 / (frame.px_per_m.x + frame.px_per_m.y * depth);
     let footprint_m = px_m / max(sqrt(-ray.y), 0.05);
     var color = meadow(hit.xz, footprint_m);
-    if frame.lit > 0.0 {
+    if frame.shading == LIT {
         let up = vec3f(0.0, 1.0, 0.0);
         let sun = sun_on_face(up) * sun_on_solid(hit, max(footprint_m, PENUMBRA_M));
-        color = mix(color, color * (sun + ambient(up)), frame.lit);
+        color *= sun + ambient(up);
     }
     return Drawn(vec4f(held(through_air(color, near, hit)), 1.0), depth);
 }

@@ -78,11 +78,11 @@ fn fs_main(seen: Seen, @builtin(front_facing) front: bool) -> Drawn {
         discard;
     }
     var shown = color.rgb;
-    if frame.show_normals == 1u {
-        shown = 0.5 + 0.5 * normalize(select(-seen.normal, seen.normal, front));
-    } else if frame.lit > 0.0 {
-        let n = normalize(seen.normal);
-        shown = mix(shown, lit(shown, seen, select(-n, n, front)), frame.lit);
+    let n = normalize(select(-seen.normal, seen.normal, front));
+    if frame.shading == LIT {
+        shown = lit(shown, seen, n);
+    } else if frame.shading == NORMALS {
+        shown = 0.5 + 0.5 * n;
     }
     return Drawn(vec4f(shown, 1.0), id_of(seen));
 }

@@ -78,7 +78,7 @@ fn rust_structs() -> Vec<(&'static str, usize, Vec<(&'static str, usize, usize)>
             eye,
             time_s,
             toward_sun,
-            lit,
+            shading,
             sun_color,
             shadow_texel_m,
             sky_color,
@@ -90,8 +90,6 @@ fn rust_structs() -> Vec<(&'static str, usize, Vec<(&'static str, usize, usize)>
             lean,
             flutter_m,
             sun_depth_m,
-            show_normals,
-            pad,
         }),
         rust_struct!(Material { factor, crown_center, alpha_cutoff, grows, two_sided, crown_reach, tree_height_m, foliage, pad }),
     ]

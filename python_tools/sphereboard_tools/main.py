@@ -1,4 +1,4 @@
-"""The command line: ``check-segmentation``, ``check-mesh``, ``check-import`` and, for the benches, ``time-hsv`` and tables."""
+"""The command line: ``check-segmentation``, ``check-mesh``, ``check-import``, ``check-depth``; for the benches, times and tables."""
 
 import argparse
 import sys
@@ -23,6 +23,11 @@ def parser() -> argparse.ArgumentParser:
     imports = commands.add_parser("check-import", help="have Open3D count what sphereboard inspect counts in models of any origin")
     imports.add_argument("files", type=Path, nargs="+", metavar="MODEL")
     imports.add_argument("--binary", type=Path, metavar="PATH", help="the sphereboard program (default: the one in target/)")
+    depth = commands.add_parser("check-depth", help="have OpenImageIO read depth pictures and repeat our comparisons")
+    depth.add_argument("model", type=Path, metavar="MODEL", help="what is drawn")
+    depth.add_argument("pairs", type=Path, metavar="DIR", help="where cargo test --test depth left its pairs")
+    depth.add_argument("--out", type=Path, metavar="DIR", default=Path("results/local/depth"), help="where the render goes")
+    depth.add_argument("--binary", type=Path, metavar="PATH", help="the sphereboard program (default: the one in target/)")
     timing = commands.add_parser("time-hsv", help="time OpenCV's hsv steps for the benches: runs per line in, seconds out")
     timing.add_argument("picture", type=Path)
     timing.add_argument("opening_px", type=int)
@@ -49,6 +54,10 @@ def main() -> int:
             from sphereboard_tools import check_import
 
             good = check_import.run(arguments.files, arguments.binary)
+        elif arguments.command == "check-depth":
+            from sphereboard_tools import check_depth
+
+            good = check_depth.run(arguments.model, arguments.pairs, arguments.out, arguments.binary)
         elif arguments.command == "time-hsv":
             from sphereboard_tools import time_hsv
 

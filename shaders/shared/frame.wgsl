@@ -6,7 +6,7 @@ struct Frame {
     eye: vec3f,
     time_s: f32,
     toward_sun: vec3f,
-    lit: f32,
+    shading: u32,
     sun_color: vec3f,
     shadow_texel_m: f32,
     sky_color: vec3f,
@@ -18,9 +18,11 @@ struct Frame {
     lean: vec2f,
     flutter_m: f32,
     sun_depth_m: f32,
-    show_normals: u32,
-    pad: array<u32, 3>,
 }
+
+// Values of shading.
+const LIT: u32 = 1u;
+const NORMALS: u32 = 2u;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 

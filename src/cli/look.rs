@@ -83,7 +83,7 @@ pub fn add_size_and_sun(command: Command, size: &'static str) -> Command {
         Arg::new("sun")
             .long("sun")
             .value_name("AZ,EL")
-            .allow_negative_numbers(true)
+            .allow_hyphen_values(true)
             .default_value("40,45")
             .help("Where the sun stands, in °: azimuth as the viewer's, elevation above the horizon"),
     )

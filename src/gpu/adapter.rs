@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::str::FromStr;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::{Error, Result};
 
@@ -92,8 +92,21 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// Name, kind and driver.
     pub info: wgpu::AdapterInfo,
-    /// The first thing that went wrong outside an error scope, as the driver said it.
-    trouble: Arc<Mutex<Option<String>>>,
+    trouble: Arc<Mutex<Trouble>>,
+}
+
+/// What went wrong outside error scopes, in the driver's words.
+#[derive(Debug, Default)]
+struct Trouble {
+    /// The first error that nobody has asked for yet.
+    error: Option<String>,
+    /// Why the device is gone. That stays.
+    loss: Option<String>,
+}
+
+/// The troubles, even where a thread has panicked over them: they are whole between any two statements.
+fn locked(trouble: &Mutex<Trouble>) -> MutexGuard<'_, Trouble> {
+    trouble.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Gpu {
@@ -117,7 +130,10 @@ impl Gpu {
     /// [`Error::Device`] when it refuses.
     pub fn open_adapter(instance: wgpu::Instance, adapter: wgpu::Adapter) -> Result<Self> {
         let info = adapter.get_info();
-        let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::POLYGON_MODE_LINE | wgpu::Features::INDIRECT_FIRST_INSTANCE;
+        let wanted = wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
+            | wgpu::Features::POLYGON_MODE_LINE
+            | wgpu::Features::INDIRECT_FIRST_INSTANCE;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("sphereboard"),
             required_features: adapter.features() & wanted,
@@ -126,35 +142,31 @@ impl Gpu {
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| Error::Device { adapter: info.name.clone(), what: e.to_string() })?;
-        let trouble = Arc::new(Mutex::new(None));
-        let note = |trouble: &Arc<Mutex<Option<String>>>| {
-            let trouble = trouble.clone();
-            move |what: String| {
-                trouble.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).get_or_insert(what);
-            }
-        };
-        let (on_error, on_loss) = (note(&trouble), note(&trouble));
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| on_error(error.to_string())));
-        device.set_device_lost_callback(move |reason, message| {
-            // Dropping the device calls this too; that is no trouble.
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                on_loss(format!("the device was lost ({message})"));
-            }
+        let trouble = Arc::<Mutex<Trouble>>::default();
+        let (on_error, on_loss) = (trouble.clone(), trouble.clone());
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            locked(&on_error).error.get_or_insert(error.to_string());
+        }));
+        device.set_device_lost_callback(move |_, message| {
+            locked(&on_loss).loss.get_or_insert(format!("the device was lost ({message})"));
         });
         Ok(Self { instance, adapter, device, queue, info, trouble })
     }
 
     /// Whether the device can time passes itself.
     pub fn has_timestamps(&self) -> bool {
-        self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
+        self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
     }
 
-    /// What went wrong since the last call, if anything. Every public drawing function asks this before it returns.
+    /// What went wrong since the last call, if anything; a lost device is an error for ever, and only opening it again helps. Every public
+    /// drawing function asks this before it returns.
     ///
     /// # Errors
     /// [`Error::Device`] with the driver's words.
     pub fn check(&self) -> Result<()> {
-        let what = self.trouble.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).take();
+        let mut trouble = locked(&self.trouble);
+        let error = trouble.error.take();
+        let what = trouble.loss.clone().or(error);
         what.map_or(Ok(()), |what| Err(Error::Device { adapter: self.info.name.clone(), what }))
     }
 

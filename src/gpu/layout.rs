@@ -18,8 +18,8 @@ pub struct Frame {
     pub time_s: f32,
     /// Towards the sun, unit length.
     pub toward_sun: [f32; 3],
-    /// How much of [`Frame::sun_color`] and the sky counts: 0 shows base colours, 1 is fully lit.
-    pub lit: f32,
+    /// What surfaces show: [`Frame::BASE_COLOR`], [`Frame::LIT`] or [`Frame::NORMALS`].
+    pub shading: u32,
     /// Sunlight on a face turned to it, linear.
     pub sun_color: [f32; 3],
     /// Side of a texel of the sun's shadow map, metres; 0 where nothing casts shadows.
@@ -42,10 +42,15 @@ pub struct Frame {
     pub flutter_m: f32,
     /// Metres from depth 1 to depth 0 of the sun's shadow map.
     pub sun_depth_m: f32,
-    /// 1 to show which way surfaces face instead of how they look.
-    pub show_normals: u32,
-    /// Unused: keeps the size a multiple of 16.
-    pub pad: [u32; 3],
+}
+
+impl Frame {
+    /// The colours of the textures.
+    pub const BASE_COLOR: u32 = 0;
+    /// In the light of sun and sky.
+    pub const LIT: u32 = 1;
+    /// Which way they face: red right, green up, blue towards +Z.
+    pub const NORMALS: u32 = 2;
 }
 
 /// What one part's surface is made of: WGSL `Material`, uniform.

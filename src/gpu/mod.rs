@@ -10,9 +10,11 @@ mod survey;
 #[cfg(test)]
 pub mod testing;
 mod texture;
+mod timing;
 
 pub use adapter::{AdapterChoice, Gpu, instance};
 pub use readback::{read_buffer, read_texture};
 pub use shader::{SHADERS, Shader, assemble};
 pub use survey::{Found, survey};
 pub use texture::{Target, target, upload_mips};
+pub use timing::PassClock;

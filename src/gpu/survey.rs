@@ -31,7 +31,7 @@ fn about(adapter: &wgpu::Adapter) -> Found {
         info: adapter.get_info(),
         max_side_px: limits.max_texture_dimension_2d,
         max_storage_bytes: limits.max_storage_buffer_binding_size,
-        timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
+        timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS),
         lines: features.contains(wgpu::Features::POLYGON_MODE_LINE),
     }
 }

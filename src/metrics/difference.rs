@@ -19,7 +19,7 @@ pub struct Difference {
 }
 
 /// Differences of two pictures of `channels` samples a pixel. Two samples that are both infinite or both no number do not differ; where
-/// only one is, the pixel counts as over the threshold, and neither mean nor root mean square takes it in.
+/// only one is, the pixel counts as over the threshold, and neither mean nor root mean square takes it in (`idiff` then has no mean at all).
 ///
 /// # Errors
 /// [`Error::UnlikeSizes`] for lists of two lengths, of none, or of no whole number of pixels.

@@ -8,20 +8,14 @@ use image::{Rgba, RgbaImage};
 use super::*;
 use crate::geom::{PolyMesh, Surface};
 use crate::gpu::layout::{GrowthFrame, Instance};
-use crate::gpu::{AdapterChoice, Gpu, read_texture};
+use crate::gpu::read_texture;
+use crate::gpu::testing::software_gpu;
 use crate::model::{Material, Part, Wrap};
 use crate::render::*;
 
 /// A renderer on the software driver; `None`, said aloud, where there is none.
 fn renderer() -> Option<Renderer> {
-    match Gpu::open(&AdapterChoice::Software).and_then(Renderer::new) {
-        Ok(renderer) => Some(renderer),
-        Err(what) if std::env::var_os("SPHEREBOARD_REQUIRE_GPU").is_some() => panic!("{what}"),
-        Err(what) => {
-            eprintln!("SKIPPED: no graphics adapter ({what}); install mesa-vulkan-drivers");
-            None
-        }
-    }
+    software_gpu().map(|gpu| Renderer::new(gpu).unwrap())
 }
 
 /// A lumpy ball of leaves with gaps.

@@ -28,7 +28,7 @@ use glam::{Mat4, Quat, Vec3};
 use image::RgbaImage;
 
 use crate::geom::Bounds;
-use crate::gpu::{Gpu, Target, layout, read_texture};
+use crate::gpu::{Gpu, PassClock, Target, layout, read_texture};
 use crate::model::Part;
 use crate::{Error, Result};
 
@@ -167,6 +167,8 @@ pub struct Renderer {
     growth: GrowthPass,
     crowns: wgpu::Buffer,
     targets: Option<Targets>,
+    /// Running while a frame is timed.
+    clock: Option<PassClock>,
 }
 
 impl Renderer {
@@ -208,7 +210,7 @@ impl Renderer {
         let composite = Composite::new(&gpu);
         let growth = GrowthPass::new(&gpu);
         gpu.check()?;
-        Ok(Self { gpu, frame, frame_group, backdrop, meshes, sun, composite, growth, crowns, targets: None })
+        Ok(Self { gpu, frame, frame_group, backdrop, meshes, sun, composite, growth, crowns, targets: None, clock: None })
     }
 
     /// Puts the parts of a tree onto the device.
@@ -246,6 +248,19 @@ impl Renderer {
         self.gpu.wait()
     }
 
+    /// Draws a frame and gives the milliseconds of each pass in order, by the device's own clock where it has one, else by the clock on
+    /// the wall with a wait after every pass.
+    ///
+    /// # Errors
+    /// As [`Renderer::picture`].
+    pub fn timed(&mut self, shot: &Shot, stands: &[Stand]) -> Result<Vec<(&'static str, f64)>> {
+        self.clock = Some(PassClock::new(&self.gpu));
+        let drawn = self.draw(shot, stands);
+        let clock = self.clock.take().expect("just set");
+        drawn?;
+        clock.read(&self.gpu)
+    }
+
     /// The picture that [`Renderer::draw`] made last.
     ///
     /// # Panics
@@ -275,15 +290,24 @@ impl Renderer {
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view)));
         self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
         let drawn = self.placed(stands, growing);
+        let casters = view.map(|view| self.casters(stands, sway, view));
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        if let Some(view) = view {
-            self.meshes.cast(&mut encoder, &self.frame_group, &self.sun.depth, &self.casters(stands, sway, view));
+        let gpu = &self.gpu;
+        let mut passed = |encoder: &mut _, pass| self.clock.as_mut().map_or(Ok(()), |clock| clock.passed(gpu, encoder, pass));
+        passed(&mut encoder, "begin")?;
+        if let Some(casters) = casters {
+            self.meshes.cast(&mut encoder, &self.frame_group, &self.sun.depth, &casters);
+            passed(&mut encoder, "shadow map")?;
         }
         self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background);
+        passed(&mut encoder, "backdrop")?;
         self.meshes.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, &drawn, shot.show == Show::Wireframe);
-        self.growth.draw(&self.gpu, &mut encoder, targets, growing, &self.crowns)?;
+        passed(&mut encoder, "trees")?;
+        self.growth.draw(gpu, &mut encoder, targets, growing, &self.crowns)?;
+        passed(&mut encoder, "growth")?;
         let smooth = matches!(shot.stage, Stage::Antialiased | Stage::Lit);
-        self.composite.draw(&self.gpu, &mut encoder, targets, &growing.tree_tiles, smooth);
+        self.composite.draw(gpu, &mut encoder, targets, &growing.tree_tiles, smooth);
+        passed(&mut encoder, "composite")?;
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.check()
     }
@@ -374,7 +398,11 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>) -> layout::Frame {
         eye: shot.camera.eye.to_array(),
         time_s: shot.wind.time as f32,
         toward_sun: toward_sun.to_array(),
-        lit: if shot.stage == Stage::Lit { 1.0 } else { 0.0 },
+        shading: match (shot.show, shot.stage) {
+            (Show::Normals, _) => layout::Frame::NORMALS,
+            (_, Stage::Lit) => layout::Frame::LIT,
+            _ => layout::Frame::BASE_COLOR,
+        },
         sun_color: light.sun.to_array(),
         shadow_texel_m: sun.map_or(0.0, |sun| sun.texel_m),
         sky_color: light.sky.to_array(),
@@ -386,7 +414,5 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>) -> layout::Frame {
         lean: sway.lean.to_array(),
         flutter_m: sway.flutter_m,
         sun_depth_m: sun.map_or(1.0, |sun| sun.depth_m),
-        show_normals: u32::from(shot.show == Show::Normals),
-        pad: [0; 3],
     }
 }
