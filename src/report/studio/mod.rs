@@ -17,8 +17,6 @@ use crate::raster::Mask;
 use crate::render::{Background, Camera, LightParams, Picture, Renderer, Shot, Stage, Stand, Tree};
 use crate::{Result, Seed};
 
-use super::resemblance::without_holes;
-
 crate::params! {
     /// The camera and the surroundings of a photograph.
     pub struct StudioParams {
@@ -80,8 +78,8 @@ pub struct Photograph {
     pub image: RgbImage,
     /// Pixels of which wood and leaves cover half or more; open where the sky or the hedge shows through.
     pub tree: Mask,
-    /// The crown as segmentation should find it: pixels of which leaves cover half or more, and everything that these enclose, be it
-    /// wood or sky. What of it is not in `tree` are the gaps.
+    /// The crown as segmentation should find it: pixels of which leaves cover half or more, whether or not a limb is before them, and
+    /// everything that these enclose, be it wood or sky. What of it is not in `tree` are the gaps.
     pub crown: Mask,
     /// Where it was taken from.
     pub camera: Camera,
@@ -116,18 +114,22 @@ pub fn photograph(
     let scene = renderer.picture(&shot, &stands)?;
     step();
     let leaves = upload(renderer, &tree.foliage)?;
-    let mut covered = |tree: &Tree| {
+    let mut alone = |tree: &Tree| {
         let shot = Shot { stage: Stage::Reshaped, background: Background::Alpha, ..shot.clone() };
-        let alone = renderer.picture(&shot, &[stand(tree)])?;
+        let picture = renderer.picture(&shot, &[stand(tree)])?;
         step();
-        Ok::<_, crate::Error>(coverage(&alone, &scene, samples))
+        Ok::<_, crate::Error>(picture)
     };
-    let (tree_mask, leaf_mask) = (covered(&whole)?, covered(&leaves)?);
+    let (bare_tree, bare_leaves) = (alone(&whole)?, alone(&leaves)?);
+    let seen = |at: usize| is_there(&bare_tree, at) && bare_tree.depth_m[at] <= scene.depth_m[at] * 1.0001 + 1e-3;
+    let tree_mask = half_covered(sitting.size_px, samples, seen);
+    // A limb before leaves belongs to the crown, one before the sky does not.
+    let leaf_mask = half_covered(sitting.size_px, samples, |at| seen(at) && is_there(&bare_leaves, at));
 
     let clouds = sky::Clouds::new(params.clouds as f32, sitting.toward_sun, sitting.seed);
     let image = film::develop(&scene, &camera, samples, &clouds, params.grain as f32, sitting.seed);
     step();
-    Ok(Photograph { image, tree: tree_mask, crown: without_holes(&leaf_mask), camera })
+    Ok(Photograph { image, tree: tree_mask, crown: leaf_mask.without_holes(), camera })
 }
 
 /// How often [`photograph`] calls its `step`.
@@ -143,16 +145,16 @@ fn samples_that_fit(renderer: &Renderer, asked: u32, [width, height]: [u32; 2]) 
     (1..=asked).rev().find(fits).unwrap_or(1)
 }
 
-/// The pixels of which half of the samples or more show what was drawn `alone`, and in the scene nothing before it.
-fn coverage(alone: &Picture, scene: &Picture, samples: u32) -> Mask {
-    let (width, height) = alone.color.dimensions();
-    let seen = |x: u32, y: u32| {
-        let at = y as usize * width as usize + x as usize;
-        alone.color.get_pixel(x, y)[3] >= 128 && alone.depth_m[at] <= scene.depth_m[at] * 1.0001 + 1e-3
-    };
-    Mask::from_fn(width / samples, height / samples, |x, y| {
-        let count: u32 =
-            (0..samples * samples).map(|i| u32::from(seen(x * samples + i % samples, y * samples + i / samples))).sum();
-        2 * count >= samples * samples
+/// Whether anything was drawn at a sample.
+fn is_there(picture: &Picture, at: usize) -> bool {
+    picture.color.as_raw()[4 * at + 3] >= 128
+}
+
+/// The pixels of which half of the samples or more are `inside`, by number of the sample.
+fn half_covered([width, height]: [u32; 2], samples: u32, inside: impl Fn(usize) -> bool) -> Mask {
+    let at = |x: u32, y: u32| y as usize * (width * samples) as usize + x as usize;
+    Mask::from_fn(width, height, |x, y| {
+        let count = (0..samples * samples).filter(|i| inside(at(x * samples + i % samples, y * samples + i / samples))).count();
+        2 * count as u32 >= samples * samples
     })
 }

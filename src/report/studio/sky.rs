@@ -23,7 +23,7 @@ pub struct Clouds {
 /// Octaves of the noise.
 const OCTAVES: u32 = 6;
 /// Size of the largest clouds as seen overhead: at slope 1, pictures show about two of them.
-const SCALE: f32 = 0.8;
+const SCALE: f32 = 1.5;
 /// How low clouds are seen: below, haze has swallowed them.
 const LOWEST: f32 = 0.015;
 const CLEAR: f32 = 0.10;
@@ -37,7 +37,7 @@ impl Clouds {
         let mut draws = seed.keyed("clouds", 0);
         Self {
             // The noise has mean 0.5 and lies within 0.2 to 0.8, mostly.
-            threshold: 0.78 - 0.56 * cover,
+            threshold: 0.72 - 0.5 * cover,
             toward_sun: Vec2::new(sun.x, sun.z),
             lit: day * Vec3::new(0.93, 0.93, 0.93).lerp(Vec3::new(0.95, 0.72, 0.52), low),
             base: day * Vec3::new(0.52, 0.57, 0.64).lerp(Vec3::new(0.46, 0.42, 0.47), low),
