@@ -3,7 +3,7 @@ PHOTO ?=
 OUT ?= results/local
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-full sheets bench fuzz lock clean
+.PHONY: help demo test test-full sheets photos bench fuzz lock clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
@@ -21,6 +21,9 @@ sheets: ## contact sheets of every photograph and every preset into results/loca
 	@scripts/setup demo
 	cargo run --release --locked --example contact_sheets
 	cargo run --release --locked --example preset_sheet
+
+photos: ## the sample photographs of grown trees anew, into photos/
+	@scripts/photos
 
 bench: ## the benchmarks, into results/<date>-<cores>-core-cpu
 	@scripts/bench
