@@ -174,6 +174,7 @@ fn plain_input(size_px: [u32; 2], length: f32) -> GrowthInput {
         frame: 0,
         corners: 0,
         pad: 0,
+        alike: [0.0; 2],
         root_limit: 0,
         grown_limit: 0,
     };
