@@ -8,9 +8,9 @@ use clap::{Arg, ArgMatches, Command, value_parser};
 use serde_json::{Value, json};
 
 use crate::crown::CrownParams;
+use crate::model::ProfileParams;
 use crate::model::glb;
 use crate::model::pipeline::{self, DECODE, ModelParams, ModelRun, Request, STAGES, SizeParams, View, WRITE};
-use crate::model::ProfileParams;
 use crate::photo::{DecodeParams, ExemplarParams, SegmentParams, SilhouetteParams, decode};
 use crate::texture::{BakeParams, SynthParams};
 use crate::{Error, Result, Seed, report};

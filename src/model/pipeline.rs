@@ -12,7 +12,7 @@ use crate::photo::{exemplar, roughness::Roughness, silhouette, trunk};
 use crate::texture::{self, Atlas, BakeParams, Front, SynthParams, texels_per_m};
 use crate::{Error, Result, Seed, Warning};
 
-use super::{About, Growth, ProfileParams, ModelCrown, Profile, TreeModel, TrunkShape};
+use super::{About, Growth, ModelCrown, Profile, ProfileParams, TreeModel, TrunkShape};
 
 crate::params! {
     /// The tree's size.

@@ -26,8 +26,7 @@ impl Roughness {
     /// Of a closed contour, clockwise as the picture shows it. All zero for one without extent.
     pub fn of(contour: &[DVec2]) -> Self {
         let points: Vec<DVec2> = contour.iter().copied().step_by(contour.len().div_ceil(POINTS).max(1)).collect();
-        let (low, high) =
-            points.iter().fold((DVec2::MAX, DVec2::MIN), |(low, high), p| (low.min(*p), high.max(*p)));
+        let (low, high) = points.iter().fold((DVec2::MAX, DVec2::MIN), |(low, high), p| (low.min(*p), high.max(*p)));
         let size = high - low;
         if points.len() < 8 || size.min_element() <= 0.0 {
             return Self { slenderness: 0.0, depth_px: 0.0, spacing_px: 0.0 };

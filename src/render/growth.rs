@@ -320,6 +320,7 @@ pub struct GrowthPass {
     points: wgpu::RenderPipeline,
     plan_buffer: wgpu::Buffer,
     plan_group: wgpu::BindGroup,
+    sampler: wgpu::Sampler,
     buffers: Option<Buffers>,
     /// The twigs of every crown.
     pub twigs: Twigs,
@@ -422,6 +423,8 @@ impl GrowthPass {
             group_layout,
             plan_buffer,
             plan_group,
+            // Nearest, clamped to the edge.
+            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor { label: Some("growth.sampler"), ..Default::default() }),
             buffers: None,
             twigs: Twigs::new(Seed(0)),
         }
@@ -477,6 +480,7 @@ impl GrowthPass {
                 entry(9, buffers.nearest.as_entire_binding()),
                 entry(10, buffers.keys.as_entire_binding()),
                 entry(11, buffers.grown.as_entire_binding()),
+                entry(12, wgpu::BindingResource::Sampler(&self.sampler)),
             ],
         });
         self.compute(encoder, &group, input.tiles.len() as u32);
@@ -544,6 +548,7 @@ fn group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
             storage(9, false),
             storage(10, false),
             storage(11, false),
+            compute_entry(12, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering)),
         ],
     })
 }

@@ -48,9 +48,13 @@ fn crown(center: Vec3, radius: f32) -> Part {
         let hash = super::scrambled(x / 3 + 1000 * (y / 3));
         Rgba([(hash & 127) as u8, 90 + (hash >> 8 & 127) as u8, (hash >> 16 & 63) as u8, if hash >> 28 == 0 { 0 } else { 255 }])
     });
-    let material =
-        Material { texture: Some(Arc::new(leaves)), wrap: Wrap::Clamp, alpha_cutoff: Some(0.5), ..Material::default() };
-    Part { name: "crown".to_owned(), surface: Surface { mesh, normals, uvs, ..Surface::default() }, material, crown_center: Some(center) }
+    let material = Material { texture: Some(Arc::new(leaves)), wrap: Wrap::Clamp, alpha_cutoff: Some(0.5), ..Material::default() };
+    Part {
+        name: "crown".to_owned(),
+        surface: Surface { mesh, normals, uvs, ..Surface::default() },
+        material,
+        crown_center: Some(center),
+    }
 }
 
 fn tree() -> Vec<Part> {
@@ -179,16 +183,8 @@ fn plain_input(size_px: [u32; 2], length: f32) -> GrowthInput {
         grown_limit: 0,
     };
     let units = length / 256.0;
-    let none = GrowingCrown {
-        limb_x: [0.0; 3],
-        min_units: 0.0,
-        limb_y: [0.0; 3],
-        max_units: 0.0,
-        gap_m: 1.0,
-        first: 0,
-        count: 1,
-        pad: 0,
-    };
+    let none =
+        GrowingCrown { limb_x: [0.0; 3], min_units: 0.0, limb_y: [0.0; 3], max_units: 0.0, gap_m: 1.0, first: 0, count: 1, pad: 0 };
     let crown = GrowingCrown { min_units: units, max_units: units, ..none };
     GrowthInput { frame, crowns: vec![none, crown], limbs: vec![64 << 16], tiles: vec![], tree_tiles: vec![], slots: vec![] }
 }
@@ -275,4 +271,16 @@ fn outlines_before_deeper_crowns_grow_and_those_before_barely_deeper_ones_do_not
     assert_eq!(over(&deep, 0), 0, "as in the paper");
     let level = ["bbbbbb", "bbbbbb", "bbbbbb", "b####b", "b####b", "b####b"];
     assert_eq!(over(&level, 1), 0);
+}
+
+#[test]
+fn a_corner_follows_the_direction_of_the_sides_beside_it() {
+    // Up and to the left, from a corner open above and to the right: upward first, as the roots of type T beside it end.
+    let path: Vec<_> = (1..=4).map(|i| offset_of(sides_of(1, 96), i)).collect();
+    assert_eq!(path, [[0, -1], [-1, -1], [-1, -2], [-2, -2]]);
+    assert_eq!(sides_of(1, 96), sides_of(2, 96));
+    for axis in [1, 3, 5, 7] {
+        let open = [axis as usize / 2, (axis as usize).div_ceil(2) % 4];
+        assert!((0..256).all(|direction| open.contains(&sides_of(axis, direction)[0])));
+    }
 }

@@ -184,14 +184,7 @@ impl MeshDrawer {
     }
 
     /// `number` is that of the crown within its tree, from 1.
-    fn upload_material(
-        &self,
-        gpu: &Gpu,
-        part: &Part,
-        number: u32,
-        tree_height_m: f32,
-        textures: &mut Textures,
-    ) -> wgpu::BindGroup {
+    fn upload_material(&self, gpu: &Gpu, part: &Part, number: u32, tree_height_m: f32, textures: &mut Textures) -> wgpu::BindGroup {
         let Material { factor, wrap, alpha_cutoff, two_sided, .. } = &part.material;
         let crown = part.crown_center.and_then(|_| Bounds::of(part.surface.mesh.positions.iter().copied()));
         let half = crown.map_or(Vec3::ONE, |crown| (0.5 * crown.size()).max(Vec3::splat(1e-3)));
