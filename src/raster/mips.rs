@@ -159,7 +159,6 @@ fn spread(x: usize, y: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Seed;
     use proptest::prelude::*;
 
     /// The share of the surface that is there, looked at more closely than the code does.
@@ -173,10 +172,13 @@ mod tests {
         samples.texels.iter().filter(|t| t.w * 255.0 >= f32::from(least) - 0.5).count() as f64 / samples.texels.len() as f64
     }
 
-    /// Noise that never repeats: a short period leaves a level only a few different alphas, which cannot be opened in fine steps.
+    /// Noise that does not repeat: a short period leaves a level only a few different alphas, which cannot be opened in fine steps.
     fn picture(width: u32, height: u32, seed: u64) -> RgbaImage {
         RgbaImage::from_fn(width, height, |x, y| {
-            Rgba(Seed(seed).keyed("noise", u64::from(y * width + x)).bits().to_le_bytes()[..4].try_into().unwrap())
+            let mut bits = seed.wrapping_add(u64::from(y * width + x)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            bits = (bits ^ (bits >> 32)).wrapping_mul(0xd6e8_feb8_6659_fd93);
+            let [.., r, g, b, a] = (bits ^ (bits >> 32)).to_le_bytes();
+            Rgba([r, g, b, a])
         })
     }
 
