@@ -190,14 +190,15 @@ fn in_turns(renderer: &mut Renderer, stands: &[Stand], shots: [&Shot; 2], runs: 
 }
 
 fn share_of_the_frame(renderer: &mut Renderer, tree: &Tree) -> Result<()> {
-    println!("one tree, 1440×810, medians of {RUNS} frames taken in turns:");
+    println!("one tree, medians of {RUNS} frames taken in turns:");
     let stands = [Stand { tree, instances: &[Instance::IDENTITY] }];
-    for (name, stage, background) in [
-        ("reshaped, black behind", Stage::Reshaped, Background::Black),
-        ("reshaped, sky behind", Stage::Reshaped, Background::Sky),
-        ("lit, sky behind", Stage::Lit, Background::Sky),
+    for (name, size_px, stage, background) in [
+        ("360×200, reshaped, black behind", [360, 200], Stage::Reshaped, Background::Black),
+        ("1440×810, reshaped, black behind", [1440, 810], Stage::Reshaped, Background::Black),
+        ("1440×810, reshaped, sky behind", [1440, 810], Stage::Reshaped, Background::Sky),
+        ("1440×810, lit, sky behind", [1440, 810], Stage::Lit, Background::Sky),
     ] {
-        let grown = Shot { background, ..shot(tree, 20.0, [1440, 810], stage, params(GrowthChoice::Auto)) };
+        let grown = Shot { background, ..shot(tree, 20.0, size_px, stage, params(GrowthChoice::Auto)) };
         let bare = Shot { growth: params(GrowthChoice::None), ..grown.clone() };
         let [with, without] = in_turns(renderer, &stands, [&grown, &bare], RUNS)?;
         println!("  {name}: {with:.2} ms with growth, {without:.2} ms without: +{:.0} %", 100.0 * (with / without - 1.0));
@@ -217,7 +218,9 @@ fn cost_per_silhouette_pixel(renderer: &mut Renderer, tree: &Tree) -> Result<()>
         };
         let instances: Vec<_> = (0..count).map(place).collect();
         let stands = [Stand { tree, instances: &instances }];
-        let mut grown = shot(tree, 0.0, [1440, 810], Stage::Reshaped, params(GrowthChoice::Auto));
+        // Long enough that all of them grow.
+        let growth = GrowthParams { growth_max_m: 0.04 * f64::from(height_m), ..params(GrowthChoice::Auto) };
+        let mut grown = shot(tree, 0.0, [1440, 810], Stage::Reshaped, growth);
         let distance = 1.35 * rows * height_m / (2.0 * (0.5 * sphereboard::render::FOV_Y_RAD).tan()) * 0.75;
         grown.camera = Camera::orbit(Vec3::new(0.0, 0.4 * height_m, 0.0), 0.0, 0.9, distance.max(3.0 * height_m));
         let bare = Shot { growth: params(GrowthChoice::None), ..grown.clone() };

@@ -69,9 +69,9 @@ const FACING_LOSS: u32 = 3u;
 
 // The neighbours R, T, L, B; y runs down.
 fn side_step(side: u32) -> vec2i {
-    let x = array(1, 0, -1, 0);
-    let y = array(0, -1, 0, 1);
-    return vec2i(x[side], y[side]);
+    // Arithmetic, since software drivers are slow with arrays.
+    let s = i32(side);
+    return select(vec2i(1 - s, 0), vec2i(0, s - 2), (side & 1u) == 1u);
 }
 
 // The i-th pixel of a growth, seen from its root. Steps alternate between two sides, so that slanted growths of neighbouring roots
@@ -142,7 +142,7 @@ fn growth_of(at: vec2i, id: u32, axis: u32) -> vec2u {
     var limb = limbs[crown.first + ((place * crown.count) >> PLACE_BITS)];
     if growth.random != 0u {
         let h = scrambled(scrambled(u32(at.y) * growth.size_px.x + u32(at.x)) ^ growth.frame);
-        let way = (axis + array(0u, 1u, 7u)[(h >> 16u) % 3u]) & 7u;
+        let way = (axis + ((0x710u >> (4u * ((h >> 16u) % 3u))) & 7u)) & 7u;
         limb = (h & 0xffffu) | (way << 21u);
     }
     let scale = u32(min(growth.px_per_m.x + growth.px_per_m.y * textureLoad(tree_depth, at, 0), 65535.0) * 256.0);
@@ -173,8 +173,8 @@ fn clipped(at: vec2i, own: u32, gap_m: f32, growing: vec2u) -> u32 {
 // The octant towards the background of a root, of whose neighbours those in `open` (bits R, T, L, B) are background: exactly one
 // (fig. 13b) or, where corners grow, two beside each other.
 fn axis_of(open: u32) -> u32 {
-    let axes = array(NO_ROOT, 0u, 2u, 1u, 4u, NO_ROOT, 3u, NO_ROOT, 6u, 7u, NO_ROOT, NO_ROOT, 5u, NO_ROOT, NO_ROOT, NO_ROOT);
-    let axis = axes[open];
+    // Four bits for each of the sixteen; 8 is no root.
+    let axis = (select(0x83841208u, 0x88858876u, open >= 8u) >> (4u * (open & 7u))) & 15u;
     return select(axis, NO_ROOT, growth.corners == 0u && (axis & 1u) == 1u);
 }
 
