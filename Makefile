@@ -21,6 +21,7 @@ sheets: ## contact sheets of every photograph and every preset into results/loca
 	@scripts/setup demo
 	cargo run --release --locked --example contact_sheets
 	cargo run --release --locked --example preset_sheet
+	cargo run --release --locked --example resemblance
 
 bench: ## the benchmarks, into results/<date>-<cores>-core-cpu
 	@scripts/bench

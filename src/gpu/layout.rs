@@ -99,8 +99,10 @@ pub struct GrowthFrame {
     pub frame: u32,
     /// 1: pixels with two background neighbours beside each other are roots too.
     pub corners: u32,
-    /// Unused, keeps the size a multiple of 8.
+    /// Unused, aligns what follows.
     pub pad: u32,
+    /// No crown takes for background what is nearer than its own depth · x − y: a quick test that spares the exact one.
+    pub alike: [f32; 2],
     /// How many roots there is room for.
     pub root_limit: u32,
     /// How many grown pixels there is room for.

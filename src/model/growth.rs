@@ -53,7 +53,7 @@ pub struct Growth {
 /// of the outline by itself, at any scale, tells conifers from broadleaved trees no better than a coin does.
 const SLENDER: f64 = 1.35;
 /// What is measured stays within these of the crown's height, whatever the mask looks like.
-const DEPTH: (f64, f64) = (0.008, 0.04);
+const DEPTH: (f64, f64) = (0.012, 0.04);
 const SPACING: (f64, f64) = (0.01, 0.04);
 
 impl Growth {

@@ -1,5 +1,7 @@
 //! Growth of crown outlines on the device (She §3.3, fig. 13): which crowns are near enough, the tables they grow by, and the passes.
 
+use std::cell::Cell;
+
 use glam::{Mat4, Quat, Vec3};
 
 use super::limb::{LimbView, Twigs};
@@ -158,6 +160,7 @@ impl GrowthInput {
                 }
             }
         }
+        input.frame.alike = seer.alike(&input.crowns);
         tree_tiles.merge(&tiles);
         (input.tiles, input.tree_tiles) = (tiles.list(), tree_tiles.list());
         input
@@ -210,6 +213,7 @@ fn frame_of(shot: &Shot) -> layout::GrowthFrame {
         frame: shot.frame,
         corners: u32::from(shot.growth.growth_roots == GrowthRoots::Corners),
         pad: 0,
+        alike: [0.0, 0.0],
         root_limit: 0,
         grown_limit: 0,
     }
@@ -222,6 +226,8 @@ struct Seer<'a> {
     size_px: [u32; 2],
     px_per_m: [f32; 2],
     sway: Sway,
+    /// Of the far sides of all crowns seen so far.
+    farthest_m: Cell<f32>,
 }
 
 /// A crown as seen.
@@ -240,6 +246,18 @@ impl<'a> Seer<'a> {
             size_px: shot.size_px,
             px_per_m: shot.camera.px_per_m(height),
             sway: Sway::of(&shot.wind),
+            farthest_m: Cell::new(0.0),
+        }
+    }
+
+    /// [`layout::GrowthFrame::alike`] for these crowns: half of the smallest gap, as seen at the farthest crown.
+    fn alike(&self, crowns: &[layout::GrowingCrown]) -> [f32; 2] {
+        let gap_m = crowns.iter().map(|crown| crown.gap_m).filter(|gap| *gap > 0.0).fold(f32::MAX, f32::min);
+        match self.camera.projection {
+            _ if gap_m == f32::MAX => [0.0, 0.0],
+            // z / (z + gap) of the farthest pixel that a crown near enough to grow can have.
+            Projection::Perspective { .. } => [1.0 - 0.5 * gap_m / (self.farthest_m.get() + gap_m), 0.0],
+            Projection::Orthographic { near_m, far_m, .. } => [1.0, 0.5 * gap_m / (far_m - near_m)],
         }
     }
 
@@ -272,6 +290,8 @@ impl<'a> Seer<'a> {
         if longest_px < 1.0 {
             return None;
         }
+        let reach_m = crown.bounds.size().length() * instance.scale + self.sway.reach_m(crown.bounds.max.y);
+        self.farthest_m.set(self.farthest_m.get().max(distance + reach_m));
         let object = |v: Vec3| turn.inverse() * v;
         let view = LimbView {
             half_axes: crown.half_axes,
@@ -300,6 +320,7 @@ pub struct GrowthPass {
     points: wgpu::RenderPipeline,
     plan_buffer: wgpu::Buffer,
     plan_group: wgpu::BindGroup,
+    sampler: wgpu::Sampler,
     buffers: Option<Buffers>,
     /// The twigs of every crown.
     pub twigs: Twigs,
@@ -402,6 +423,8 @@ impl GrowthPass {
             group_layout,
             plan_buffer,
             plan_group,
+            // Nearest, clamped to the edge.
+            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor { label: Some("growth.sampler"), ..Default::default() }),
             buffers: None,
             twigs: Twigs::new(Seed(0)),
         }
@@ -457,6 +480,7 @@ impl GrowthPass {
                 entry(9, buffers.nearest.as_entire_binding()),
                 entry(10, buffers.keys.as_entire_binding()),
                 entry(11, buffers.grown.as_entire_binding()),
+                entry(12, wgpu::BindingResource::Sampler(&self.sampler)),
             ],
         });
         self.compute(encoder, &group, input.tiles.len() as u32);
@@ -524,6 +548,7 @@ fn group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
             storage(9, false),
             storage(10, false),
             storage(11, false),
+            compute_entry(12, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering)),
         ],
     })
 }
