@@ -164,6 +164,8 @@ impl Gpu {
     /// # Errors
     /// [`Error::Device`] with the driver's words.
     pub fn check(&self) -> Result<()> {
+        // A loss is told when somebody polls.
+        let _ = self.device.poll(wgpu::PollType::Poll);
         let mut trouble = locked(&self.trouble);
         let error = trouble.error.take();
         let what = trouble.loss.clone().or(error);

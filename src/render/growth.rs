@@ -11,7 +11,7 @@ use super::tiles::{Tiles, screen_rect};
 use super::wind::Sway;
 use super::{Camera, Projection, Shot, Stage, Stand};
 use crate::geom::Bounds;
-use crate::gpu::{Gpu, Shader, layout};
+use crate::gpu::{Gpu, Shader, layout, upload_buffer};
 use crate::model::{Growth, GrowthProfile};
 use crate::{Error, Result, Seed};
 
@@ -456,10 +456,7 @@ impl GrowthPass {
             ..input.frame
         };
         gpu.queue.write_buffer(&buffers.counts, 0, bytemuck::cast_slice(&[0u32, 1, 0, 0, 0, 0, 0, 0]));
-        let filled = |label, contents: &[u8], usage| {
-            use wgpu::util::DeviceExt;
-            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
-        };
+        let filled = |label, contents: &[u8], usage| upload_buffer(gpu, label, contents, usage);
         let uniform = filled("growth.frame", bytemuck::bytes_of(&frame), wgpu::BufferUsages::UNIFORM);
         let limbs = filled("growth.limbs", bytemuck::cast_slice(&input.limbs), wgpu::BufferUsages::STORAGE);
         let tiles = filled("growth.tiles", bytemuck::cast_slice(&input.tiles), wgpu::BufferUsages::STORAGE);

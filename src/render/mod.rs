@@ -271,6 +271,7 @@ impl Renderer {
 
     /// Draws a frame into the targets.
     fn draw(&mut self, shot: &Shot, stands: &[Stand]) -> Result<()> {
+        self.resize(shot.size_px)?; // before anything is reckoned for a size that cannot be drawn
         let growing = GrowthInput::new(shot, stands, &self.growth.twigs);
         self.draw_growing(shot, stands, &growing)
     }
