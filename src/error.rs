@@ -476,6 +476,29 @@ pub enum Error {
         /// Width and height of the second.
         b: [u32; 2],
     },
+    // ---- Photographs of reference trees: report/studio ----
+    /// Neither a preset nor a file.
+    #[error(
+        "expected a preset ({known}) or the file of a model, but found {found}; `sphereboard grow --list` describes the presets"
+    )]
+    UnknownTree {
+        /// The presets.
+        known: String,
+        /// What was asked for.
+        found: String,
+    },
+    /// A camera under the lawn.
+    #[error(
+        "expected a camera above the ground, but at an elevation of {elevation_deg:.1}° and {distance_m:.1} m off it is at {eye_m:.1} m, below the ground; raise --elevation-deg, or leave it out to stand on the lawn"
+    )]
+    BelowGround {
+        /// Elevation asked for.
+        elevation_deg: f32,
+        /// Height of the camera above the ground.
+        eye_m: f32,
+        /// How far it stands from the tree.
+        distance_m: f32,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.

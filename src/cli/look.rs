@@ -71,20 +71,48 @@ impl Orbit {
 
 /// Adds the options.
 pub fn add(command: Command) -> Command {
-    let command = command
-        .arg(Arg::new("size").long("size").value_name("WxH").default_value("1440x810").help("Size of the picture in pixels"))
-        .arg(
-            Arg::new("sun")
-                .long("sun")
-                .value_name("AZ,EL")
-                .allow_hyphen_values(true)
-                .default_value("40,45")
-                .help("Where the sun stands, in °: azimuth as the viewer's, elevation above the horizon"),
-        );
-    let command = options::add::<LookParams>(add_adapter(command), "View");
+    let command = options::add::<LookParams>(add_adapter(add_size_and_sun(command, "1440x810")), "View");
     let command = options::add::<LightParams>(command, "Light");
     let command = options::add::<WindParams>(command, "Wind");
     options::add::<GrowthParams>(command, "Growth of outlines (She §3.3, fig. 13)")
+}
+
+/// Adds the size of the picture and where the sun stands, for [`size_px`] and [`toward_sun`].
+pub fn add_size_and_sun(command: Command, size: &'static str) -> Command {
+    command.arg(Arg::new("size").long("size").value_name("WxH").default_value(size).help("Size of the picture in pixels")).arg(
+        Arg::new("sun")
+            .long("sun")
+            .value_name("AZ,EL")
+            .allow_hyphen_values(true)
+            .default_value("40,45")
+            .help("Where the sun stands, in °: azimuth as the viewer's, elevation above the horizon"),
+    )
+}
+
+/// The picture's width and height.
+///
+/// # Errors
+/// [`Error::Hint`] unless they are two numbers.
+pub fn size_px(matches: &ArgMatches) -> Result<[u32; 2]> {
+    pair(text(matches, "size"), 'x', "--size", "WIDTHxHEIGHT in pixels, for example 1440x810")
+}
+
+/// Towards the sun, unit length.
+///
+/// # Errors
+/// [`Error::Hint`] unless they are two angles.
+pub fn toward_sun(matches: &ArgMatches) -> Result<Vec3> {
+    let sun: [f32; 2] = pair(text(matches, "sun"), ',', "--sun", "AZIMUTH,ELEVATION in °, for example 40,45")?;
+    if !sun.iter().all(|degrees| degrees.abs() <= 360.0) {
+        let expected = "AZIMUTH,ELEVATION from -360 to 360 °".to_owned();
+        return Err(Error::Hint { flag: "--sun", expected, found: text(matches, "sun").to_owned() });
+    }
+    let ((sa, ca), (se, ce)) = (sun[0].to_radians().sin_cos(), sun[1].to_radians().sin_cos());
+    Ok(Vec3::new(sa * ce, se, ca * ce))
+}
+
+fn text<'a>(matches: &'a ArgMatches, name: &str) -> &'a str {
+    matches.get_one::<String>(name).expect("clap gives the default")
 }
 
 /// Adds the choice of the adapter, which every command that draws has.
@@ -110,19 +138,10 @@ impl Look {
     /// # Errors
     /// [`Error::Hint`] or [`Error::Parameter`] for values that make no sense.
     pub fn read(matches: &ArgMatches) -> Result<Self> {
-        let text = |name: &str| matches.get_one::<String>(name).expect("clap gives the default").as_str();
-        let size_px = pair(text("size"), 'x', "--size", "WIDTHxHEIGHT in pixels, for example 1440x810")?;
-        let sun: [f32; 2] = pair(text("sun"), ',', "--sun", "AZIMUTH,ELEVATION in °, for example 40,45")?;
-        if !sun.iter().all(|degrees| degrees.abs() <= 360.0) {
-            let expected = "AZIMUTH,ELEVATION from -360 to 360 °".to_owned();
-            return Err(Error::Hint { flag: "--sun", expected, found: text("sun").to_owned() });
-        }
-        let ((sa, ca), (se, ce)) = (sun[0].to_radians().sin_cos(), sun[1].to_radians().sin_cos());
-        let toward_sun = Vec3::new(sa * ce, se, ca * ce);
         Ok(Self {
             params: options::read(matches)?,
-            size_px,
-            toward_sun,
+            size_px: size_px(matches)?,
+            toward_sun: toward_sun(matches)?,
             light: options::read(matches)?,
             wind: options::read(matches)?,
             growth: options::read(matches)?,

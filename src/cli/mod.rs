@@ -10,6 +10,7 @@ mod inspect;
 mod look;
 mod model;
 mod options;
+mod photograph;
 mod preview;
 mod render;
 mod say;
@@ -47,6 +48,7 @@ pub fn run() -> ExitCode {
         Some(("view", m)) => view::run(m),
         Some(("grow", m)) => grow::run(m),
         Some(("inspect", m)) => inspect::run(m),
+        Some(("photograph", m)) => photograph::run(m),
         _ => unreachable!("clap accepts only the subcommands of `command`"),
     };
     outcome.unwrap_or_else(|error| {
@@ -82,6 +84,7 @@ fn command() -> Command {
         .subcommand(doctor::command())
         .subcommand(grow::command())
         .subcommand(inspect::command())
+        .subcommand(photograph::command())
 }
 
 /// What a command returns: its exit code, or a mistake in the arguments.

@@ -1,9 +1,10 @@
-//! Images to PNG bytes.
+//! Images to PNG and JPEG bytes.
 
 use std::io::Cursor;
 
+use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ImageBuffer, ImageEncoder as _, Pixel, PixelWithColorType};
+use image::{ImageBuffer, ImageEncoder as _, Pixel, PixelWithColorType, RgbImage};
 
 use crate::{Error, Result};
 
@@ -46,4 +47,16 @@ where
         .write_image(image.as_raw(), image.width(), image.height(), P::COLOR_TYPE)
         .map_err(|e| Error::Internal { stage: "png", what: e.to_string() })?;
     Ok(bytes.into_inner())
+}
+
+/// A picture as a JPEG file of that quality, 1..=100.
+///
+/// # Errors
+/// [`Error::Internal`] when the encoder refuses the image, which it does only for one without pixels or beyond 65,535 a side.
+pub fn jpeg(image: &RgbImage, quality: u8) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    JpegEncoder::new_with_quality(&mut bytes, quality)
+        .encode_image(image)
+        .map_err(|e| Error::Internal { stage: "jpeg", what: e.to_string() })?;
+    Ok(bytes)
 }

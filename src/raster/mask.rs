@@ -1,6 +1,7 @@
 //! A mask: one yes or no per pixel, row by row from the top left.
 
-use image::GrayImage;
+use image::{GrayImage, Luma};
+use imageproc::region_labelling::{Connectivity, connected_components};
 
 /// A rectangle of pixels: `x, y` is its top left corner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -114,6 +115,17 @@ impl Mask {
         assert_eq!((self.width, self.height), (other.width, other.height), "masks of one size");
         let data = self.data.iter().zip(&other.data).map(|(&a, &b)| 255 * u8::from(combine(a != 0, b != 0))).collect();
         Self { width: self.width, height: self.height, data }
+    }
+
+    /// The mask with every hole filled: what does not reach the border from outside is inside.
+    pub fn without_holes(&self) -> Self {
+        // A rim of one pixel joins everything outside.
+        let outside = GrayImage::from_fn(self.width + 2, self.height + 2, |x, y| {
+            Luma([u8::from(!self.get(i64::from(x) - 1, i64::from(y) - 1))])
+        });
+        let labels = connected_components(&outside, Connectivity::Four, Luma([0]));
+        let rim = *labels.get_pixel(0, 0);
+        Self::from_fn(self.width, self.height, |x, y| *labels.get_pixel(x + 1, y + 1) != rim)
     }
 
     /// Intersection over union with a mask of the same size; 1 when both are empty.

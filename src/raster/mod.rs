@@ -11,14 +11,14 @@ mod render;
 mod srgb;
 
 pub use depth::exr_depth;
-pub use encode::{PngEffort, png, png_with};
+pub use encode::{PngEffort, jpeg, png, png_with};
 pub use fill::{fill_polygon, fill_triangle};
 pub use layer::Layer;
 pub use mask::{Mask, Rect};
 pub use mips::mip_chain;
 pub use moving::{FRAME_MS, gif, webp};
 pub use render::{Capture, Light, Material, View, Wrap, render};
-pub use srgb::{color_difference, decoded, to_linear, to_srgb};
+pub use srgb::{color_difference, decoded, encoded, to_linear, to_srgb};
 
 /// Texels of less alpha, 0..=1, are gaps: in the atlas, in the file and in the preview alike.
 pub const ALPHA_CUTOFF: f32 = 0.5;

@@ -19,9 +19,13 @@ pub fn decoded(value: f32) -> f32 {
 
 /// Linear light to 8-bit sRGB, clamped (IEC 61966-2-1).
 pub fn to_srgb(value: f32) -> u8 {
+    (255.0 * encoded(value)).round() as u8
+}
+
+/// Linear light to sRGB from 0 to 1, clamped (IEC 61966-2-1): the inverse of [`decoded`].
+pub fn encoded(value: f32) -> f32 {
     let v = value.clamp(0.0, 1.0);
-    let s = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-    (255.0 * s).round() as u8
+    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// CIEDE2000 between two colours in encoded sRGB, 0..=255.

@@ -338,10 +338,16 @@ impl Renderer {
         stands.iter().filter_map(of_stand).collect()
     }
 
-    fn resize(&mut self, size_px: [u32; 2]) -> Result<()> {
+    /// Whether a picture of that size can be taken.
+    pub fn takes(&self, size_px: [u32; 2]) -> bool {
         let limit = self.gpu.device.limits().max_texture_dimension_2d;
         let pixels = size_px.iter().map(|&side| u64::from(side)).product::<u64>();
-        if !size_px.iter().all(|side| (1..=limit).contains(side)) || pixels > MAX_PIXELS {
+        size_px.iter().all(|side| (1..=limit).contains(side)) && pixels <= MAX_PIXELS
+    }
+
+    fn resize(&mut self, size_px: [u32; 2]) -> Result<()> {
+        if !self.takes(size_px) {
+            let limit = self.gpu.device.limits().max_texture_dimension_2d;
             return Err(Error::PictureSize { found: size_px, limit, megapixels: MAX_PIXELS >> 20 });
         }
         if self.targets.as_ref().is_none_or(|targets| targets.size_px != size_px) {

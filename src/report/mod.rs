@@ -1,8 +1,9 @@
 //! Pictures for people: every stage drawn over the photograph ([`stages`]), contact sheets ([`sheet`]), a model at a glance
-//! ([`preview`]) and beside its photograph ([`resemblance`]).
+//! ([`preview`]) and beside its photograph ([`resemblance`]); and photographs of true trees ([`studio`]).
 
 pub mod draw;
 pub mod preview;
 pub mod resemblance;
 pub mod sheet;
 pub mod stages;
+pub mod studio;

@@ -3,8 +3,7 @@
 //! The crown's outline was traced in parallel projection, so the comparison is made in it, too.
 
 use glam::Vec3;
-use image::{GrayImage, Luma, Rgb, RgbImage, RgbaImage, imageops};
-use imageproc::region_labelling::{Connectivity, connected_components};
+use image::{Rgb, RgbImage, RgbaImage, imageops};
 
 use crate::Result;
 use crate::gpu::layout::Instance;
@@ -53,7 +52,7 @@ pub fn measure(renderer: &mut Renderer, photo: &Photo, run: &ModelRun) -> Result
     };
     let (drawn, unshaped) = (unlit(Stage::Antialiased)?, unlit(Stage::Unshaped)?);
     let covered = |image: &RgbaImage| Mask::from_fn(size_px[0], size_px[1], |x, y| image.get_pixel(x, y)[3] >= 128);
-    let silhouette = without_holes(&at_size(&masks.crown, size_px));
+    let silhouette = at_size(&masks.crown, size_px).without_holes();
     let delta_e = exemplar::opaque_mean(&drawn)
         .zip(exemplar::encoded_mean(&photo.image, &masks.crown, &masks.gaps))
         .map_or(f64::INFINITY, |(a, b)| color_difference(a, b));
@@ -74,9 +73,9 @@ pub fn measure(renderer: &mut Renderer, photo: &Photo, run: &ModelRun) -> Result
     };
     let picture = draw::side_by_side(&[small, plain(&scene), plain(&inside)], 6);
     Ok(Resemblance {
-        iou: without_holes(&covered(&drawn)).iou(&silhouette),
+        iou: covered(&drawn).without_holes().iou(&silhouette),
         iou_with_gaps: covered(&drawn).iou(&at_size(&seen, size_px)),
-        iou_unshaped: without_holes(&covered(&unshaped)).iou(&silhouette),
+        iou_unshaped: covered(&unshaped).without_holes().iou(&silhouette),
         delta_e,
         picture,
     })
@@ -101,14 +100,4 @@ fn shot(photo: &Photo, run: &ModelRun, size_px: [u32; 2]) -> Shot {
 fn at_size(mask: &Mask, [width, height]: [u32; 2]) -> Mask {
     let reduced = imageops::resize(&mask.to_gray(), width, height, imageops::FilterType::Triangle);
     Mask::from_fn(width, height, |x, y| reduced.get_pixel(x, y)[0] >= 128)
-}
-
-/// A mask with every hole filled: what does not reach the border from outside is inside.
-fn without_holes(mask: &Mask) -> Mask {
-    let (width, height) = (mask.width(), mask.height());
-    // A rim of one pixel joins everything outside.
-    let outside = GrayImage::from_fn(width + 2, height + 2, |x, y| Luma([u8::from(!mask.get(i64::from(x) - 1, i64::from(y) - 1))]));
-    let labels = connected_components(&outside, Connectivity::Four, Luma([0]));
-    let rim = *labels.get_pixel(0, 0);
-    Mask::from_fn(width, height, |x, y| *labels.get_pixel(x + 1, y + 1) != rim)
 }

@@ -1,0 +1,159 @@
+//! `sphereboard photograph`: a reference tree to a photograph and its exact masks.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Arg, ArgMatches, Command, value_parser};
+
+use crate::gpu::Gpu;
+use crate::model::Growth;
+use crate::model::grown::grow_preset;
+use crate::model::import;
+use crate::model::reference::{Asked, ReferenceTree};
+use crate::params::PowerOfTwo;
+use crate::plant::presets::{PRESETS, preset};
+use crate::raster::{PngEffort, jpeg, png_with};
+use crate::render::{LightParams, Renderer};
+use crate::report::studio::{self, Sitting, StudioParams, photograph};
+use crate::{Error, Result, Seed, Warning, files};
+
+use super::batch::{progress_bar, text_of};
+use super::{Outcome, inspect, look, options, say};
+
+/// The command's arguments.
+pub fn command() -> Command {
+    let angle = |name: &'static str, help: &'static str| {
+        Arg::new(name).long(name).value_name("DEG").allow_negative_numbers(true).help(help)
+    };
+    let names = |name: &'static str, help: &'static str| {
+        Arg::new(name).long(name).value_name("MATERIAL").action(clap::ArgAction::Append).help(help)
+    };
+    let command = Command::new("photograph")
+        .about("Photograph a true tree, for a model to be made of: P.jpg, and the exact masks P.tree.png and P.crown.png")
+        .after_help(
+            "Examples:\n  sphereboard photograph oak --out oak.jpg\n  \
+             sphereboard photograph ash.glb --azimuth-deg 90 --lens-mm 50 --sun 150,20 --out ash_east.jpg\n\
+             P.tree.png is 255 where wood and leaves cover half of a pixel or more. P.crown.png is 255 where leaves do, and in everything\n\
+             that these enclose, be it wood or sky: the crown as segmentation should find it. What of it is not in P.tree.png are gaps.\n\
+             The circle: photograph a tree, `sphereboard model P.jpg --height-m H`, and compare the model with the tree.",
+        )
+        .arg(Arg::new("tree").value_name("TREE").required(true).help(
+            "A model of a tree (GLB, glTF or OBJ, of ours or of any other program), or a preset of `sphereboard grow --list`",
+        ))
+        .arg(
+            Arg::new("out")
+                .long("out")
+                .value_name("P.jpg")
+                .required(true)
+                .value_parser(value_parser!(PathBuf))
+                .help("The photograph, a name that ends in .jpg; the masks go beside it"),
+        )
+        .arg(angle("azimuth-deg", "From where round the tree, °: 0 is +Z, 90 is +X").default_value("0"))
+        .arg(angle(
+            "elevation-deg",
+            "How far above the horizon the camera stands, °, as the middle of the tree sees it [default: it stands on the ground, see --eye-m]",
+        ))
+        .arg(
+            Arg::new("seed")
+                .long("seed")
+                .value_name("N")
+                .allow_negative_numbers(true)
+                .default_value("1")
+                .help("Seed of a preset's growth, of clouds, hedge and grain"),
+        )
+        .arg(
+            Arg::new("quality").long("quality").value_name("N").allow_negative_numbers(true).default_value("92").help("Of the JPEG, 1 to 100"),
+        )
+        .arg(names("leaves", "This material is foliage, whatever it looks like; may be repeated"))
+        .arg(names("wood", "This material is wood, whatever it looks like; may be repeated"));
+    let command = look::add_adapter(look::add_size_and_sun(command, "1000x1300"));
+    let command = options::add::<StudioParams>(command, "Camera and surroundings");
+    options::add::<LightParams>(command, "Light")
+}
+
+/// Runs it.
+pub fn run(matches: &ArgMatches) -> Outcome {
+    let sitting = sitting(matches)?;
+    let quality = options::whole(matches, "quality", 1..=100u8)?.expect("clap gives the default");
+    let out = matches.get_one::<PathBuf>("out").expect("clap requires it");
+    let is_jpeg = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("jpg") || e.eq_ignore_ascii_case("jpeg");
+    if !out.extension().is_some_and(is_jpeg) || out.file_stem().is_none() {
+        let expected = "a file name that ends in .jpg".to_owned();
+        return Err(Error::Parameter { name: "--out".to_owned(), expected, found: text_of(out) });
+    }
+    let outputs = [out.clone(), out.with_extension("tree.png"), out.with_extension("crown.png")];
+    let tree = matches.get_one::<String>("tree").expect("clap requires it");
+    files::refuse_overwriting(outputs.iter().map(PathBuf::as_path), &[PathBuf::from(tree)])?;
+    let _folder = files::ready_folder(out.parent().unwrap_or(Path::new("")))?;
+
+    let bar = progress_bar(studio::STEPS + 1);
+    let subject = Subject::open(tree, &inspect::asked(matches), sitting.seed)?;
+    subject.tree.warnings.iter().for_each(|Warning { message, .. }| say::err(&format!("{tree}: warning: {message}")));
+    let mut renderer = Renderer::new(Gpu::open(&look::adapter(matches))?)?;
+    bar.inc(1);
+    let taken = photograph(&mut renderer, &subject.tree, subject.growth, &sitting, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    let [picture, whole, crown] = outputs;
+    let mask = |mask: &crate::raster::Mask| png_with(&mask.to_gray(), PngEffort::Small);
+    let made = [(picture, jpeg(&taken.image, quality)?), (whole, mask(&taken.tree)?), (crown, mask(&taken.crown)?)];
+    files::write_all(&made)?;
+    let names: Vec<String> = made.iter().map(|(path, _)| text_of(path)).collect();
+    Ok(if say::out(&names.join("  ")) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn sitting(matches: &ArgMatches) -> Result<Sitting> {
+    let usual = Sitting::default();
+    // The sun's map is drawn once: it may be as fine as the leaves.
+    let light = LightParams { shadow_map_px: PowerOfTwo(usual.light.shadow_map_px.0), ..LightParams::default() };
+    Ok(Sitting {
+        azimuth_rad: degrees(matches, "azimuth-deg", 360.0)?.unwrap_or(0.0).to_radians(),
+        elevation_rad: degrees(matches, "elevation-deg", 89.0)?.map(f32::to_radians),
+        size_px: look::size_px(matches)?,
+        toward_sun: look::toward_sun(matches)?,
+        light: options::read_over(matches, light)?,
+        seed: Seed(options::whole(matches, "seed", 0..=u64::MAX)?.expect("clap gives the default")),
+        params: options::read(matches)?,
+    })
+}
+
+/// An angle of at most `most` degrees either way, where it was given.
+fn degrees(matches: &ArgMatches, name: &'static str, most: f32) -> Result<Option<f32>> {
+    let Some(text) = matches.get_one::<String>(name) else { return Ok(None) };
+    let angle = text.parse().ok().filter(|angle: &f32| angle.abs() <= most);
+    angle.map(Some).ok_or_else(|| Error::Parameter {
+        name: format!("--{name}"),
+        expected: format!("an angle from -{most} to {most}°"),
+        found: text.clone(),
+    })
+}
+
+/// What is photographed.
+struct Subject {
+    tree: ReferenceTree,
+    /// How the outlines of our own models grow.
+    growth: Option<Growth>,
+}
+
+impl Subject {
+    /// A preset, grown, or a file.
+    fn open(text: &str, asked: &Asked, seed: Seed) -> Result<Self> {
+        if let Some(preset) = preset(text) {
+            let tree = ReferenceTree::new(preset.name.to_owned(), grow_preset(preset, seed)?.parts, asked)?;
+            return Ok(Self { tree, growth: None });
+        }
+        let path = Path::new(text);
+        let imported = import::open(path).map_err(|error| match error {
+            Error::NoSuchFile { .. } => {
+                let known = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+                Error::UnknownTree { known, found: text.to_owned() }
+            }
+            other => other,
+        })?;
+        let growth = imported.tree_model.as_ref().map(|model| model.about.growth);
+        let name = path.file_stem().map_or_else(|| "tree".to_owned(), |stem| stem.to_string_lossy().into_owned());
+        let inside = |cause| Error::InFile { path: path.to_owned(), cause: Box::new(cause) };
+        let mut tree = ReferenceTree::new(name, imported.parts, asked).map_err(inside)?;
+        tree.warnings.splice(0..0, imported.warnings);
+        Ok(Self { tree, growth })
+    }
+}
