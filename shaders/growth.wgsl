@@ -43,7 +43,7 @@ struct Grown {
     blue_coverage: u32,
 }
 
-@group(0) @binding(0) var<uniform> growth: GrowthFrame;
+@group(0) @binding(0) var<storage, read> growth: GrowthFrame;
 @group(0) @binding(1) var<storage, read> crowns: array<GrowingCrown>;
 @group(0) @binding(2) var<storage, read> limbs: array<u32>;
 @group(0) @binding(3) var<storage, read> tiles: array<u32>;

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// What every pass knows of the frame: WGSL `Frame`, uniform at group 0, binding 0.
+/// What every pass knows of the frame: WGSL `Frame`, at group 0, binding 0.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Frame {
@@ -53,7 +53,7 @@ impl Frame {
     pub const NORMALS: u32 = 2;
 }
 
-/// What one part's surface is made of: WGSL `Material`, uniform.
+/// What one part's surface is made of: WGSL `Material`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Material {
@@ -77,7 +77,7 @@ pub struct Material {
     pub pad: [f32; 2],
 }
 
-/// What growth knows of the frame: WGSL `GrowthFrame`, uniform.
+/// What growth knows of the frame: WGSL `GrowthFrame`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct GrowthFrame {

@@ -457,7 +457,7 @@ impl GrowthPass {
         };
         gpu.queue.write_buffer(&buffers.counts, 0, bytemuck::cast_slice(&[0u32, 1, 0, 0, 0, 0, 0, 0]));
         let filled = |label, contents: &[u8], usage| upload_buffer(gpu, label, contents, usage);
-        let uniform = filled("growth.frame", bytemuck::bytes_of(&frame), wgpu::BufferUsages::UNIFORM);
+        let values = filled("growth.frame", bytemuck::bytes_of(&frame), wgpu::BufferUsages::STORAGE);
         let limbs = filled("growth.limbs", bytemuck::cast_slice(&input.limbs), wgpu::BufferUsages::STORAGE);
         let tiles = filled("growth.tiles", bytemuck::cast_slice(&input.tiles), wgpu::BufferUsages::STORAGE);
         let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
@@ -465,7 +465,7 @@ impl GrowthPass {
             label: Some("growth.group"),
             layout: &self.group_layout,
             entries: &[
-                entry(0, uniform.as_entire_binding()),
+                entry(0, values.as_entire_binding()),
                 entry(1, crowns.as_entire_binding()),
                 entry(2, limbs.as_entire_binding()),
                 entry(3, tiles.as_entire_binding()),
@@ -484,7 +484,7 @@ impl GrowthPass {
         let points = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("growth.points"),
             layout: &self.points.get_bind_group_layout(0),
-            entries: &[entry(0, uniform.as_entire_binding()), entry(1, buffers.grown.as_entire_binding())],
+            entries: &[entry(0, values.as_entire_binding()), entry(1, buffers.grown.as_entire_binding())],
         });
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("growth.points"),
@@ -523,8 +523,6 @@ fn compute_entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEn
 }
 
 fn group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    let uniform =
-        wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
     let texture = |sample_type| wgpu::BindingType::Texture {
         sample_type,
         view_dimension: wgpu::TextureViewDimension::D2,
@@ -533,7 +531,7 @@ fn group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("growth.layout"),
         entries: &[
-            compute_entry(0, uniform),
+            storage(0, true),
             storage(1, true),
             storage(2, true),
             storage(3, true),

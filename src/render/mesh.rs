@@ -204,14 +204,14 @@ impl MeshDrawer {
             foliage: f32::from(u8::from(alpha_cutoff.is_some())),
             ..layout::Material::zeroed()
         };
-        let uniform = upload_buffer(gpu, "mesh.material", bytemuck::bytes_of(&values), wgpu::BufferUsages::UNIFORM);
+        let buffer = upload_buffer(gpu, "mesh.material", bytemuck::bytes_of(&values), wgpu::BufferUsages::STORAGE);
         let view = textures.view(gpu, &part.material);
         let sampler = &self.samplers[usize::from(*wrap == Wrap::Repeat)][usize::from(alpha_cutoff.is_some())];
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("mesh.material"),
             layout: &self.material_layout,
             entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() },
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&view) },
                 wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(sampler) },
             ],
@@ -334,8 +334,11 @@ fn pipeline(
 
 fn material_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
-    let uniform =
-        wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
+    let values = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Storage { read_only: true },
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
     let texture = wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Float { filterable: true },
         view_dimension: wgpu::TextureViewDimension::D2,
@@ -344,7 +347,7 @@ fn material_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("mesh.material"),
         entries: &[
-            entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, uniform),
+            entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, values),
             entry(1, wgpu::ShaderStages::FRAGMENT, texture),
             entry(2, wgpu::ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
         ],

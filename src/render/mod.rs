@@ -180,14 +180,14 @@ impl Renderer {
         let frame_layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("frame.layout"),
             entries: &[
-                buffer_entry(0, wgpu::BufferBindingType::Uniform),
+                buffer_entry(0, wgpu::BufferBindingType::Storage { read_only: true }),
                 buffer_entry(8, wgpu::BufferBindingType::Storage { read_only: true }),
             ],
         });
         let frame = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("frame.uniform"),
+            label: Some("frame.values"),
             size: size_of::<layout::Frame>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
         let crowns = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -218,7 +218,9 @@ impl Renderer {
     /// # Errors
     /// [`Error::Device`] when they do not fit.
     pub fn upload(&self, parts: &[Part]) -> Result<Tree> {
-        self.gpu.guarded(|| self.meshes.upload(&self.gpu, parts))
+        let tree = self.gpu.guarded(|| self.meshes.upload(&self.gpu, parts))?;
+        self.gpu.queue.submit([]); // sent off, so that what it took to send comes back even if nothing is ever drawn
+        Ok(tree)
     }
 
     /// Takes a picture and reads it back.
