@@ -16,7 +16,7 @@ pub enum AdapterChoice {
     Software,
     /// A real GPU; no fallback.
     Gpu,
-    /// The first whose name contains these words, whatever the case.
+    /// The strongest whose name contains these words, whatever the case.
     Named(String),
 }
 

@@ -26,7 +26,7 @@ pub struct Frame {
     pub shadow_texel_m: f32,
     /// Light from above, linear.
     pub sky_color: [f32; 3],
-    /// Where the ground lies, metres; below everything when there is none.
+    /// Where the ground lies, metres.
     pub ground_m: f32,
     /// Light from below, linear.
     pub ground_color: [f32; 3],
