@@ -7,6 +7,9 @@ readonly PYTHON_ENV=target/python
 readonly BLENDER_ENV=target/blender
 readonly UV_VERSION=0.13.9
 
+# Graphics drivers complain where it is not set, though nothing that is done here needs it.
+export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/tmp}
+
 say() { printf 'sphereboard: %s\n' "$*" >&2; }
 
 stop() {
