@@ -3,7 +3,7 @@ PHOTO ?=
 OUT ?= results/local
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-full sheets bench fuzz lock clean
+.PHONY: help demo test test-full sheets photos bench fuzz lock clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
@@ -22,6 +22,9 @@ sheets: ## contact sheets of every photograph and every preset into results/loca
 	cargo run --release --locked --example contact_sheets
 	cargo run --release --locked --example preset_sheet
 	cargo run --release --locked --example resemblance
+
+photos: ## the sample photographs of grown trees anew, into photos/
+	@scripts/photos
 
 bench: ## the benchmarks, into results/<date>-<cores>-core-cpu
 	@scripts/bench

@@ -5,7 +5,7 @@
 //! * cost: the frame with growth against the same frame without, one tree at 1440×810;
 //! * cost per silhouette pixel: at 540 trees that all grow, against 10.
 //!
-//! `cargo bench --bench growth [-- MODEL.glb ADAPTER]`; without a model, `photos/painted_oak.jpg` is modelled first.
+//! `cargo bench --bench growth [-- MODEL.glb ADAPTER]`; without a model, `photos/oak.jpg` is modelled first.
 
 use std::time::Instant;
 
@@ -49,7 +49,7 @@ fn main() -> Result<()> {
 }
 
 fn modelled() -> Result<sphereboard::model::TreeModel> {
-    let bytes = std::fs::read("photos/painted_oak.jpg").expect("the sample photograph");
+    let bytes = std::fs::read("photos/oak.jpg").expect("the sample photograph");
     let photo = decode::decode_bytes(&bytes, &DecodeParams::default())?;
     let views = [View { photo, hints: Hints::default(), azimuth_rad: 0.0 }];
     let request =

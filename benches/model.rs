@@ -3,7 +3,7 @@
 //! * `segment-12mp`: methods hsv and auto, beside the hsv steps in OpenCV (a Python process of `sphereboard_tools`, same cores);
 //! * `model-12mp`: the whole run at medium detail, from JPEG bytes to GLB bytes.
 //!
-//! The 12 MP photograph is a shared one enlarged to 3000×4000 and saved as JPEG; without `../shared`, our painted sample.
+//! The 12 MP photograph is a shared one enlarged to 3000×4000 and saved as JPEG; without `../shared`, our own sample.
 //! `make bench` runs this and writes `results/<date>-<machine>/`.
 
 use std::hint::black_box;
@@ -23,8 +23,8 @@ use sphereboard::{Seed, files};
 fn photo_path() -> PathBuf {
     let shared = files::shared_folder().map(|s| s.join("photos/single/catalpa_speciosa_43.jpg")).filter(|p| p.exists());
     shared.unwrap_or_else(|| {
-        eprintln!("SKIPPED: the shared photograph is not there; measuring on photos/painted_oak.jpg");
-        "photos/painted_oak.jpg".into()
+        eprintln!("SKIPPED: the shared photograph is not there; measuring on photos/oak.jpg");
+        "photos/oak.jpg".into()
     })
 }
 

@@ -69,7 +69,7 @@ fn main() -> sphereboard::Result<()> {
 }
 
 fn modelled() -> sphereboard::Result<TreeModel> {
-    let photo = decode::decode(Path::new("photos/painted_oak.jpg"), &DecodeParams::default())?;
+    let photo = decode::decode(Path::new("photos/oak.jpg"), &DecodeParams::default())?;
     let views = [View { photo, hints: Hints::default(), azimuth_rad: 0.0 }];
     let request =
         Request { views: &views, params: &ModelParams::default(), height_is_given: false, seed: Seed(1), sources: vec![] };

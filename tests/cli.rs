@@ -7,8 +7,8 @@ use assert_cmd::Command;
 use image::{GrayImage, Rgb, RgbImage};
 use tempfile::TempDir;
 
-const OAK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/photos/painted_oak.jpg");
-const OAK_MASK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/photos/painted_oak_mask.png");
+const OAK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/photos/oak.jpg");
+const OAK_MASK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/photos/oak.crown.png");
 
 /// Runs `sphereboard` with `args`.
 fn sphereboard<S: AsRef<std::ffi::OsStr>>(args: impl IntoIterator<Item = S>) -> Output {
@@ -78,11 +78,11 @@ fn a_photograph_becomes_a_model_and_its_report() {
     let output = sphereboard(["model", OAK, "--out", out.to_str().unwrap(), "--json", "--debug-dir", drawings.to_str().unwrap()]);
     assert!(output.status.success(), "{}", stderr(&output));
     // The preview is there where an adapter is.
-    assert_eq!(names_in(&out)[..2], ["painted_oak.glb", "painted_oak.json"]);
+    assert_eq!(names_in(&out)[..2], ["oak.glb", "oak.json"]);
     assert!(names_in(&drawings).len() >= 6, "{:?}", names_in(&drawings));
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((summary["done"].as_u64(), summary["failed"].as_u64()), (Some(1), Some(0)));
-    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("painted_oak.json")).unwrap()).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("oak.json")).unwrap()).unwrap();
     for part in ["parameters", "counts", "stages_ms", "warnings", "seed"] {
         assert!(!report[part].is_null(), "{part} is missing in {report:#}");
     }
@@ -92,7 +92,7 @@ fn a_photograph_becomes_a_model_and_its_report() {
     let total = report["total_ms"].as_f64().unwrap();
     assert!((0.9 * total..=total).contains(&all), "the stages take {all} ms of {total} ms");
     assert!(report["warnings"].to_string().contains("height-guessed"), "{report:#}");
-    assert!(std::fs::metadata(out.join("painted_oak.glb")).unwrap().len() <= 1_000_000);
+    assert!(std::fs::metadata(out.join("oak.glb")).unwrap().len() <= 1_000_000);
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn same_seed_same_bytes_on_one_thread_or_many() {
         let output =
             sphereboard([&["model", OAK, "--detail", "low", "--no-preview", "--out", out.to_str().unwrap()], more].concat());
         assert!(output.status.success(), "{}", stderr(&output));
-        std::fs::read(out.join("painted_oak.glb")).unwrap()
+        std::fs::read(out.join("oak.glb")).unwrap()
     };
     let one = glb("one", &["--threads", "1"]);
     assert!(one == glb("many", &["--threads", "4"]), "the number of threads shows in the bytes");
@@ -116,9 +116,9 @@ fn segment_writes_masks_of_the_photographs_size() {
     let out = place.out();
     let output = sphereboard(["segment", OAK, "--out", out.to_str().unwrap(), "--pixels"]);
     assert!(output.status.success(), "{}", stderr(&output));
-    assert_eq!(names_in(&out), ["painted_oak.json", "painted_oak.mask.png", "painted_oak.pixels.png", "painted_oak.tree.png"]);
+    assert_eq!(names_in(&out), ["oak.json", "oak.mask.png", "oak.pixels.png", "oak.tree.png"]);
     let photo = image::open(OAK).unwrap();
-    for name in ["painted_oak.mask.png", "painted_oak.tree.png"] {
+    for name in ["oak.mask.png", "oak.tree.png"] {
         let mask = image::open(out.join(name)).unwrap().into_luma8();
         assert_eq!(mask.dimensions(), (photo.width(), photo.height()));
         assert!(mask.pixels().all(|p| p.0[0] == 0 || p.0[0] == 255));
@@ -134,7 +134,7 @@ fn one_failure_does_not_stop_the_others() {
         sphereboard(["model", bad.to_str().unwrap(), OAK, "--detail", "low", "--no-preview", "--out", out.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("1 of 2 failed") && stderr(&output).contains("bad.jpg"), "{}", stderr(&output));
-    assert_eq!(names_in(&out), ["painted_oak.glb", "painted_oak.json"]);
+    assert_eq!(names_in(&out), ["oak.glb", "oak.json"]);
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn hints_that_do_not_fit_the_picture_are_refused() {
     GrayImage::from_pixel(20, 20, image::Luma([255])).save(&small).unwrap();
     place.refuses(oak, &["--mask", small.to_str().unwrap()], 1, &["20×20"]);
     let text = place.file("text.png", b"hello");
-    place.refuses(oak, &["--mask", text.to_str().unwrap()], 1, &["painted_oak.jpg", "--mask", "text.png", "holds text"]);
+    place.refuses(oak, &["--mask", text.to_str().unwrap()], 1, &["oak.jpg", "--mask", "text.png", "holds text"]);
     place.refuses(oak, &["--rect", "5000,0,10,10"], 1, &["--rect"]);
     place.refuses(oak, &["--include", "0,99999"], 1, &["--include"]);
     place.refuses(oak, &["--hue", "150..90"], 2, &["--hue", "150..90"]);
@@ -217,7 +217,7 @@ fn mistakes_in_the_arguments_are_one_sentence() {
         (&["model", OAK][..], "--out <DIR> must be given, but is missing; `sphereboard model --help`"),
         (&["model", "--out", "x"], "PHOTO... must be given"),
         (&["segment"], "--out <DIR> and PHOTO... must be given"),
-        (&["segment", OAK, OAK, "--out", "x"], "painted_oak.jpg was given twice; give it once"),
+        (&["segment", OAK, OAK, "--out", "x"], "oak.jpg was given twice; give it once"),
         (&["segment", OAK, "--out", OAK], "expected a folder for the results"),
         (&["segment", "", "--out", "x"], "expected the name of a photograph"),
         (&["modle", OAK], "expected a command (model, segment, inspect or grow), but found modle"),
@@ -314,7 +314,7 @@ fn a_mask_drawn_by_hand_replaces_the_segmentation() {
     let output = sphereboard(["segment", OAK, "--mask", OAK_MASK, "--out", out.to_str().unwrap()]);
     assert!(output.status.success(), "{}", stderr(&output));
     let mask = |path: &Path| sphereboard::raster::Mask::from_gray(&image::open(path).unwrap().into_luma8());
-    assert!(mask(&out.join("painted_oak.mask.png")).iou(&mask(Path::new(OAK_MASK))) > 0.97);
+    assert!(mask(&out.join("oak.mask.png")).iou(&mask(Path::new(OAK_MASK))) > 0.97);
 }
 
 #[test]
@@ -324,12 +324,12 @@ fn a_point_inside_the_crown_can_be_taken_out() {
     let inside = |more: &[&str]| {
         let output = sphereboard([&["segment", OAK, "--out", out.to_str().unwrap()], more].concat());
         assert!(output.status.success(), "{}", stderr(&output));
-        let mask = image::open(out.join("painted_oak.mask.png")).unwrap().into_luma8();
-        (mask.get_pixel(300, 300).0[0] == 255, std::fs::read_to_string(out.join("painted_oak.json")).unwrap())
+        let mask = image::open(out.join("oak.mask.png")).unwrap().into_luma8();
+        (mask.get_pixel(470, 580).0[0] == 255, std::fs::read_to_string(out.join("oak.json")).unwrap())
     };
     assert!(inside(&[]).0);
-    assert!(!inside(&["--exclude", "300,300"]).0);
-    let (_, report) = inside(&["--include", "20,780"]);
+    assert!(!inside(&["--exclude", "470,580"]).0);
+    let (_, report) = inside(&["--include", "20,1280"]);
     assert!(report.contains("hint-not-met"), "{report}");
 }
 
@@ -345,7 +345,7 @@ fn masks_go_to_their_photographs_in_order() {
     };
     assert!(run(&[OAK_MASK, &spruce_mask]).status.success());
     let mask = |path: &Path| sphereboard::raster::Mask::from_gray(&image::open(path).unwrap().into_luma8());
-    assert!(mask(&out.join("painted_spruce.mask.png")).iou(&mask(Path::new(&spruce_mask))) > 0.97);
+    assert!(mask(&out.join("spruce.mask.png")).iou(&mask(Path::new(&spruce_mask))) > 0.97);
     let refused = run(&[OAK_MASK]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(
@@ -363,7 +363,7 @@ fn two_views_of_one_tree_become_one_model() {
     let output =
         sphereboard(["model", "--detail", "low", "--no-preview", "--out", out.to_str().unwrap(), "--views", &views[0], &views[1]]);
     assert!(output.status.success(), "{}", stderr(&output));
-    assert_eq!(names_in(&out), ["painted_oak.glb", "painted_oak.json"]);
+    assert_eq!(names_in(&out), ["oak.glb", "oak.json"]);
     for wrong in ["oak.jpg", "oak.jpg@", "@90", "oak.jpg@999"] {
         let output = sphereboard(["model", "--out", out.to_str().unwrap(), "--views", wrong]);
         assert_eq!(output.status.code(), Some(2), "{wrong}");
@@ -386,11 +386,11 @@ fn a_crown_cut_by_the_frame_is_modelled_with_a_warning() {
 #[test]
 fn equal_stems_are_refused_before_any_work() {
     let place = Place::new();
-    let other = place.file("painted_oak.png", b"");
+    let other = place.file("oak.png", b"");
     let out = place.out();
     let output = sphereboard(["model", OAK, other.to_str().unwrap(), "--out", out.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("painted_oak.*"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("oak.*"), "{}", stderr(&output));
     assert!(!out.exists());
 }
 
@@ -432,11 +432,11 @@ fn every_look_during_a_run_finds_the_old_file_or_the_new_one() {
     let out = place.out();
     let args = ["model", OAK, "--detail", "low", "--texture-size", "64", "--out", out.to_str().unwrap()];
     assert!(sphereboard(args).status.success());
-    let new = std::fs::read(out.join("painted_oak.glb")).unwrap();
+    let new = std::fs::read(out.join("oak.glb")).unwrap();
     let whole_json =
         |bytes: &[u8]| serde_json::from_slice::<serde_json::Value>(bytes).is_ok_and(|report| report["counts"].is_object());
     let old = b"\"old\"";
-    let names = ["painted_oak.glb", "painted_oak.json"];
+    let names = ["oak.glb", "oak.json"];
     for name in names {
         std::fs::write(out.join(name), old).unwrap();
         // A second name of the old file: written over in place, it would change too.
@@ -468,7 +468,7 @@ fn a_killed_run_leaves_the_old_files() {
     let place = Place::new();
     let out = place.out();
     std::fs::create_dir(&out).unwrap();
-    for name in ["painted_oak.glb", "painted_oak.json", ".sphereboard-left.part"] {
+    for name in ["oak.glb", "oak.json", ".sphereboard-left.part"] {
         std::fs::write(out.join(name), b"old").unwrap();
     }
     let left = std::fs::File::options().write(true).open(out.join(".sphereboard-left.part")).unwrap();
@@ -485,7 +485,7 @@ fn a_killed_run_leaves_the_old_files() {
     child.kill().unwrap();
     // The kill may lose the race against a fast run, but not against the sweep, which comes before any work.
     if !child.wait().unwrap().success() {
-        assert_eq!(["painted_oak.glb", "painted_oak.json"].map(|name| std::fs::read(out.join(name)).unwrap()), [b"old", b"old"]);
+        assert_eq!(["oak.glb", "oak.json"].map(|name| std::fs::read(out.join(name)).unwrap()), [b"old", b"old"]);
     }
 }
 

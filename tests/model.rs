@@ -1,4 +1,4 @@
-//! The whole pipeline at its defaults, on the painted samples and, where they are, on real photographs.
+//! The whole pipeline at its defaults, on the samples of `photos/` and, where they are, on real photographs.
 
 use std::path::{Path, PathBuf};
 
@@ -20,8 +20,8 @@ fn model(photo: Photo) -> Result<ModelRun> {
     pipeline::run(&Request { views: &views, params: &params, height_is_given: false, seed: Seed(1), sources }, &|_| ())
 }
 
-fn painted(name: &str) -> ModelRun {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("photos/painted_{name}.jpg"));
+fn sample(name: &str) -> ModelRun {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("photos/{name}.jpg"));
     model(decoded(&path)).expect("the samples can be modelled")
 }
 
@@ -43,9 +43,9 @@ fn assert_good_texture(name: &str, run: &ModelRun) {
 }
 
 #[test]
-fn painted_trees_become_closed_crowns_with_good_textures_that_survive_their_file() {
+fn the_samples_become_closed_crowns_with_good_textures_that_survive_their_file() {
     for name in ["oak", "spruce"] {
-        let run = painted(name);
+        let run = sample(name);
         assert_good_texture(name, &run);
         for crown in &run.model.crowns {
             assert!(Topology::of(&crown.surface.welded()).is_sphere(), "{name}: merging equal positions closes the crown");

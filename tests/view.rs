@@ -68,10 +68,10 @@ fn screenshot(folder: &Path, number: usize) -> RgbaImage {
 
 /// A model of our own sample.
 fn model(folder: &Path) -> PathBuf {
-    let photo = Path::new(env!("CARGO_MANIFEST_DIR")).join("photos/painted_oak.jpg");
+    let photo = Path::new(env!("CARGO_MANIFEST_DIR")).join("photos/oak.jpg");
     let made = Command::new(env!("CARGO_BIN_EXE_sphereboard")).arg("model").arg(photo).arg("--out").arg(folder).status().unwrap();
     assert!(made.success());
-    folder.join("painted_oak.glb")
+    folder.join("oak.glb")
 }
 
 #[test]

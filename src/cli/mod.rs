@@ -71,8 +71,8 @@ fn command() -> Command {
         .version(env!("CARGO_PKG_VERSION"))
         .about("Photographs of trees become light 3-D models for scenes that need thousands of them.")
         .after_help(
-            "Start here:\n  sphereboard model photos/painted_oak.jpg --out trees --height-m 12\n\
-             writes trees/painted_oak.glb, which any glTF viewer opens, and trees/painted_oak.json, which says how it was made.\n\
+            "Start here:\n  sphereboard model photos/oak.jpg --out trees --height-m 12\n\
+             writes trees/oak.glb, which any glTF viewer opens, and trees/oak.json, which says how it was made.\n\
              `sphereboard COMMAND --help` explains every option; `-h` is the short form.",
         )
         .subcommand_required(true)
