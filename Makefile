@@ -11,7 +11,7 @@ help: ## this list
 demo: ## build, and turn the sample photograph (or PHOTO=path) into a model
 	@scripts/demo "$(PHOTO)" "$(OUT)/demo"
 
-test: ## all tests, with the checks by OpenCV, scikit-image, Open3D and the Khronos validator
+test: ## all tests, with the checks by OpenCV, scikit-image, Open3D, OpenImageIO and the Khronos validator
 	@scripts/test
 
 test-full: ## the tests, and Blender opens and renders a model (installs another 0.9 GB)
@@ -21,6 +21,7 @@ sheets: ## contact sheets of every photograph and every preset into results/loca
 	@scripts/setup demo
 	cargo run --release --locked --example contact_sheets
 	cargo run --release --locked --example preset_sheet
+	cargo run --release --locked --example resemblance
 
 photos: ## the sample photographs of grown trees anew, into photos/
 	@scripts/photos

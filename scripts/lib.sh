@@ -7,6 +7,9 @@ readonly PYTHON_ENV=target/python
 readonly BLENDER_ENV=target/blender
 readonly UV_VERSION=0.13.9
 
+# Mesa complains on every start where this is unset, as in containers, though nothing is put there without a window.
+export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-${TMPDIR:-/tmp}}
+
 say() { printf 'sphereboard: %s\n' "$*" >&2; }
 
 stop() {

@@ -8,7 +8,7 @@ struct Grown {
     blue_coverage: u32,
 }
 
-@group(0) @binding(0) var<uniform> size_px: vec2u;
+@group(0) @binding(0) var<storage, read> size_px: vec2u;
 @group(0) @binding(1) var<storage, read> grown: array<Grown>;
 
 struct Seen {

@@ -21,6 +21,8 @@ struct GrowthFrame {
     // 1: pixels with two background neighbours beside each other are roots too.
     corners: u32,
     pad: u32,
+    // No crown takes for background what is nearer than its own depth · x − y: a quick test that spares the exact one.
+    alike: vec2f,
     root_limit: u32,
     grown_limit: u32,
 }
@@ -41,7 +43,7 @@ struct Grown {
     blue_coverage: u32,
 }
 
-@group(0) @binding(0) var<uniform> growth: GrowthFrame;
+@group(0) @binding(0) var<storage, read> growth: GrowthFrame;
 @group(0) @binding(1) var<storage, read> crowns: array<GrowingCrown>;
 @group(0) @binding(2) var<storage, read> limbs: array<u32>;
 @group(0) @binding(3) var<storage, read> tiles: array<u32>;
@@ -54,6 +56,7 @@ struct Grown {
 @group(0) @binding(9) var<storage, read_write> nearest: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> keys: array<atomic<u32>>;
 @group(0) @binding(11) var<storage, read_write> grown: array<Grown>;
+@group(0) @binding(12) var depth_sampler: sampler;
 @group(1) @binding(0) var<storage, read_write> plan: array<u32, 3>;
 
 // Longest growth, sixteenths of a pixel.
@@ -66,9 +69,9 @@ const FACING_LOSS: u32 = 3u;
 
 // The neighbours R, T, L, B; y runs down.
 fn side_step(side: u32) -> vec2i {
-    let x = array(1, 0, -1, 0);
-    let y = array(0, -1, 0, 1);
-    return vec2i(x[side], y[side]);
+    // Arithmetic, since software drivers are slow with arrays.
+    let s = i32(side);
+    return select(vec2i(1 - s, 0), vec2i(0, s - 2), (side & 1u) == 1u);
 }
 
 // The i-th pixel of a growth, seen from its root. Steps alternate between two sides, so that slanted growths of neighbouring roots
@@ -77,13 +80,25 @@ fn offset_of(sides: u32, i: i32) -> vec2i {
     return ((i + 1) / 2) * side_step(sides & 3u) + (i / 2) * side_step(sides >> 2u);
 }
 
-// The two sides that a growth towards `octant` alternates between, the one that leads off the outline first.
+// The two sides that a growth towards `octant` alternates between, first one that is background.
 fn sides_of(axis: u32, octant: u32) -> u32 {
     let before = (octant >> 1u) & 3u;
     let after = ((octant + 1u) >> 1u) & 3u;
-    let first = select(select(before, after, (before & 1u) == 1u), axis >> 1u, (axis & 1u) == 0u);
+    var first = axis >> 1u;
+    if (axis & 1u) == 1u {
+        // A corner: both of its sides are; of the growth between them the level one comes first.
+        let level = select(before, after, (before & 1u) == 1u);
+        first = select(select(after, before, octant == ((axis + 2u) & 7u)), level, octant == axis);
+    }
+    first = select(first, before, before == after);
     let second = select(after, before, first == after);
     return first | (second << 2u);
+}
+
+// How many octants a root turns from its axis towards a direction `turn` octants from it: one, and a corner two (fig. 13c).
+fn way_of(axis: u32, turn: u32) -> u32 {
+    let most = 1u + (axis & 1u);
+    return select(select(8u - min(8u - turn, most), min(turn, most), turn < 4u), 0u, turn == 0u || turn == 4u);
 }
 
 fn in_picture(at: vec2i) -> bool {
@@ -91,8 +106,12 @@ fn in_picture(at: vec2i) -> bool {
 }
 
 // Depth as a whole number.
+fn whole(depth: f32) -> u32 {
+    return u32(depth * 16777216.0);
+}
+
 fn depth_at(at: vec2i) -> u32 {
-    return u32(textureLoad(tree_depth, at, 0) * 16777216.0);
+    return whole(textureLoad(tree_depth, at, 0));
 }
 
 // Whether what has depth `other` is background for a root of depth `own`.
@@ -123,7 +142,7 @@ fn growth_of(at: vec2i, id: u32, axis: u32) -> vec2u {
     var limb = limbs[crown.first + ((place * crown.count) >> PLACE_BITS)];
     if growth.random != 0u {
         let h = scrambled(scrambled(u32(at.y) * growth.size_px.x + u32(at.x)) ^ growth.frame);
-        let way = (axis + array(0u, 1u, 7u)[(h >> 16u) % 3u]) & 7u;
+        let way = (axis + ((0x710u >> (4u * ((h >> 16u) % 3u))) & 7u)) & 7u;
         limb = (h & 0xffffu) | (way << 21u);
     }
     let scale = u32(min(growth.px_per_m.x + growth.px_per_m.y * textureLoad(tree_depth, at, 0), 65535.0) * 256.0);
@@ -135,7 +154,7 @@ fn growth_of(at: vec2i, id: u32, axis: u32) -> vec2u {
     let full = shortest + (((longest - shortest) * (limb & 0xffffu)) >> 16u);
     let loss = min((max(facing, FACING_FULL) - FACING_FULL) * FACING_LOSS, 64u);
     let turn = ((((limb >> 16u) + 16u) >> 5u) - axis) & 7u;
-    let way = select(select(7u, 1u, turn < 4u), 0u, turn == 0u || turn == 4u);
+    let way = way_of(axis, turn);
     return vec2u((full * (64u - loss)) >> 6u, sides_of(axis, (axis + way) & 7u));
 }
 
@@ -154,20 +173,42 @@ fn clipped(at: vec2i, own: u32, gap_m: f32, growing: vec2u) -> u32 {
 // The octant towards the background of a root, of whose neighbours those in `open` (bits R, T, L, B) are background: exactly one
 // (fig. 13b) or, where corners grow, two beside each other.
 fn axis_of(open: u32) -> u32 {
-    let axes = array(NO_ROOT, 0u, 2u, 1u, 4u, NO_ROOT, 3u, NO_ROOT, 6u, 7u, NO_ROOT, NO_ROOT, 5u, NO_ROOT, NO_ROOT, NO_ROOT);
-    let axis = axes[open];
+    // Four bits for each of the sixteen; 8 is no root.
+    let axis = (select(0x83841208u, 0x88858876u, open >= 8u) >> (4u * (open & 7u))) & 15u;
     return select(axis, NO_ROOT, growth.corners == 0u && (axis & 1u) == 1u);
 }
 
-@compute @workgroup_size(16, 16)
+// Each invocation looks at 2×2 pixels: four gathers bring them with their neighbours. Beyond the picture's edge a pixel is its own
+// neighbour.
+@compute @workgroup_size(8, 8)
 fn cs_main_detect(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_id) local: vec3u) {
     let number = group.y * groups.x + group.x;
     if number >= arrayLength(&tiles) {
         return;
     }
     let tile = tiles[number];
-    let at = vec2i(vec2u(tile & 0xffffu, tile >> 16u) * 16u + local.xy);
+    let at = vec2i(vec2u(tile & 0xffffu, tile >> 16u) * 16u + 2u * local.xy);
     if !in_picture(at) {
+        return;
+    }
+    let px = 1.0 / vec2f(growth.size_px);
+    let corner = vec2f(at) * px;
+    // Bottom left, bottom right, top right, top left of the four pixels round a corner.
+    let a = textureGather(tree_depth, depth_sampler, corner);
+    let b = textureGather(tree_depth, depth_sampler, corner + vec2f(2.0, 0.0) * px);
+    let c = textureGather(tree_depth, depth_sampler, corner + vec2f(0.0, 2.0) * px);
+    let d = textureGather(tree_depth, depth_sampler, corner + vec2f(2.0, 2.0) * px);
+    detect(at, a.y, vec4f(b.x, a.z, a.x, c.z));
+    detect(at + vec2i(1, 0), b.x, vec4f(b.y, b.w, a.y, d.w));
+    detect(at + vec2i(0, 1), c.z, vec4f(d.w, a.y, c.w, c.y));
+    detect(at + vec2i(1, 1), d.w, vec4f(d.z, b.x, c.z, d.x));
+}
+
+// Makes a pixel of depth `near`, whose neighbours R, T, L, B have the depths `beside`, a root if it is one.
+fn detect(at: vec2i, near: f32, beside: vec4f) {
+    // Most pixels lie inside a crown or where nothing is.
+    let lowest = min(min(beside.x, beside.y), min(beside.z, beside.w));
+    if near == 0.0 || lowest > max(near * growth.alike.x - growth.alike.y, 0.0) || !in_picture(at) {
         return;
     }
     let id = textureLoad(tree_id, at, 0).x;
@@ -175,15 +216,10 @@ fn cs_main_detect(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
     if slot == 0u {
         return;
     }
-    let own = depth_at(at);
+    let own = whole(near);
     let gap_m = crowns[slot].gap_m;
-    var open = 0u;
-    for (var side = 0u; side < 4u; side++) {
-        let beside = at + side_step(side);
-        if in_picture(beside) && is_behind(own, depth_at(beside), gap_m) {
-            open |= 1u << side;
-        }
-    }
+    let open = select(0u, 1u, is_behind(own, whole(beside.x), gap_m)) | select(0u, 2u, is_behind(own, whole(beside.y), gap_m))
+        | select(0u, 4u, is_behind(own, whole(beside.z), gap_m)) | select(0u, 8u, is_behind(own, whole(beside.w), gap_m));
     let axis = axis_of(open);
     if axis == NO_ROOT {
         return;
@@ -240,11 +276,16 @@ fn key_of(path: Path, i: i32) -> u32 {
     return 0x40000u - ((u32(i) << 12u) | (back.y << 6u) | back.x);
 }
 
+// What pixel `i` of a path weighs where growths meet: whole pixels before tips, then the nearer.
+fn rank_of(path: Path, i: i32) -> u32 {
+    return path.depth | select(0u, 0x80000000u, u32(i) * 16u <= path.length);
+}
+
 @compute @workgroup_size(64)
 fn cs_main_nearest(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) local: u32) {
     let path = path_of(group, groups, local);
     for (var i = 1; i <= path.count; i++) {
-        atomicMax(&nearest[index_of(path.root + offset_of(path.sides, i))], path.depth);
+        atomicMax(&nearest[index_of(path.root + offset_of(path.sides, i))], rank_of(path, i));
     }
 }
 
@@ -253,7 +294,7 @@ fn cs_main_settle(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
     let path = path_of(group, groups, local);
     for (var i = 1; i <= path.count; i++) {
         let index = index_of(path.root + offset_of(path.sides, i));
-        if atomicLoad(&nearest[index]) == path.depth {
+        if atomicLoad(&nearest[index]) == rank_of(path, i) {
             atomicMax(&keys[index], key_of(path, i));
         }
     }
@@ -266,7 +307,7 @@ fn cs_main_emit(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) gr
     for (var i = 1; i <= path.count; i++) {
         let at = path.root + offset_of(path.sides, i);
         let index = index_of(at);
-        if atomicLoad(&nearest[index]) != path.depth || atomicLoad(&keys[index]) != key_of(path, i) {
+        if atomicLoad(&nearest[index]) != rank_of(path, i) || atomicLoad(&keys[index]) != key_of(path, i) {
             continue;
         }
         let slot = atomicAdd(&counts.grown, 1u);

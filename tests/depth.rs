@@ -71,6 +71,12 @@ fn true_depth(camera: &Camera, x: u32, y: u32) -> Option<(f64, f64)> {
     Some((depth, -normal.dot(along) / along.length()))
 }
 
+/// How far from the sphere a pixel's line of sight passes it by, metres.
+fn passes_by(camera: &Camera, x: u32, y: u32) -> f64 {
+    let (from, along) = ray(camera, x, y);
+    (CENTER - from).cross(along).length() / along.length() - RADIUS
+}
+
 fn left() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("depth");
     fs::create_dir_all(&folder).unwrap();
@@ -103,8 +109,12 @@ fn check(name: &str, camera: Camera, picture: &Picture) {
                 seen += 1;
             }
             Some(_) => on_the_rim += 1,
-            // The facets lie inside the sphere: beside it there is nothing at all.
-            None => assert!(depth == f32::INFINITY, "{name}: {depth} m at {x}, {y}, beside the sphere"),
+            // The facets lie inside the sphere: beside it there is nothing at all, once corners have been moved onto the grid that the
+            // rasteriser counts in, 1/256 px or finer.
+            None if passes_by(&camera, x, y) > 1e-3 * RADIUS => {
+                assert!(depth == f32::INFINITY, "{name}: {depth} m at {x}, {y}, beside the sphere");
+            }
+            None => on_the_rim += 1,
         }
     }
     println!("{name}: {seen} pixels, largest relative error {worst:.1e}");

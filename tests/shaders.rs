@@ -91,6 +91,22 @@ fn rust_structs() -> Vec<(&'static str, usize, Vec<(&'static str, usize, usize)>
             flutter_m,
             sun_depth_m,
         }),
+        rust_struct!(GrowthFrame {
+            size_px,
+            px_per_m,
+            depth_units,
+            orthographic,
+            tips,
+            inner,
+            random,
+            frame,
+            corners,
+            pad,
+            alike,
+            root_limit,
+            grown_limit,
+        }),
+        rust_struct!(GrowingCrown { limb_x, min_units, limb_y, max_units, gap_m, first, count, pad }),
         rust_struct!(Material { factor, crown_center, alpha_cutoff, grows, two_sided, crown_reach, tree_height_m, foliage, pad }),
     ]
 }

@@ -19,8 +19,10 @@ TOLERANCE = 1e-5
 
 
 def read(path: Path) -> oiio.ImageBuf:
-    """Read a picture."""
-    buffer = oiio.ImageBuf(str(path))
+    """Read a picture as it is stored: PNG has straight alpha, which OpenImageIO multiplies in unless told."""
+    stored = oiio.ImageSpec()
+    stored.attribute("oiio:UnassociatedAlpha", 1)
+    buffer = oiio.ImageBuf(str(path), 0, 0, stored)
     if not buffer.read():
         raise BadInputError(f"OpenImageIO does not read {path}: {buffer.geterror()}")
     return buffer

@@ -1,4 +1,4 @@
-"""The command line: ``check-segmentation``, ``check-mesh``, ``check-import``, ``check-depth``; for the benches, times and tables."""
+"""The command line: ``check-segmentation``, ``check-mesh``, ``check-import``, ``check-depth``; for benches, times and tables."""
 
 import argparse
 import sys

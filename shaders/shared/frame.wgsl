@@ -24,7 +24,9 @@ struct Frame {
 const LIT: u32 = 1u;
 const NORMALS: u32 = 2u;
 
-@group(0) @binding(0) var<uniform> frame: Frame;
+// Storage, here and in every other shader, not uniform: where a branch asks for a uniform, Mesa's software driver (22.3) makes the shader
+// anew in every frame, and keeps the old ones, a megabyte each.
+@group(0) @binding(0) var<storage, read> frame: Frame;
 
 // A point of the picture at a depth, in world space.
 fn unproject(ndc: vec2f, depth: f32) -> vec3f {

@@ -10,9 +10,9 @@ const LAYER: f32 = 1.02;
 
 // The neighbours R, T, L, B; y runs down.
 fn side_step(side: u32) -> vec2i {
-    let x = array(1, 0, -1, 0);
-    let y = array(0, -1, 0, 1);
-    return vec2i(x[side], y[side]);
+    // Arithmetic, since software drivers are slow with arrays.
+    let s = i32(side);
+    return select(vec2i(1 - s, 0), vec2i(0, s - 2), (side & 1u) == 1u);
 }
 
 // Reversed depth, that of the nearest pixel beyond the picture's edge.

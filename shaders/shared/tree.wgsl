@@ -15,7 +15,7 @@ struct Material {
     pad: vec2f,
 }
 
-@group(1) @binding(0) var<uniform> material: Material;
+@group(1) @binding(0) var<storage, read> material: Material;
 @group(1) @binding(1) var color_texture: texture_2d<f32>;
 @group(1) @binding(2) var color_sampler: sampler;
 

@@ -49,7 +49,10 @@ fn as_text(found: &[Found], used: Option<usize>, choice: &AdapterChoice) -> Stri
     let mut lines: Vec<String> = found.iter().enumerate().flat_map(|(number, f)| lines_of(f, used == Some(number))).collect();
     lines.push(match (used, found.is_empty()) {
         (_, true) => REMEDY.to_owned(),
-        (None, _) => format!("--adapter {choice} fits none of these; give auto, software, gpu or a part of a name above."),
+        (None, _) => format!(
+            "--adapter {choice} fits none of these; give auto, software, gpu or a part of a name above. A GPU that is missing here needs its \
+             maker's Vulkan driver."
+        ),
         (Some(number), _) => format!("--adapter {choice} draws with {}, {}.", found[number].info.name, reason(choice, found)),
     });
     lines.join("\n")

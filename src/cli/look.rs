@@ -3,6 +3,7 @@
 use std::f32::consts::TAU;
 use std::str::FromStr;
 
+use clap::builder::NonEmptyStringValueParser;
 use clap::{Arg, ArgMatches, Command};
 use glam::Vec3;
 
@@ -12,6 +13,10 @@ use crate::render::{Background, Camera, GrowthParams, LightParams, Renderer, Sho
 use crate::{Error, Result};
 
 use super::options;
+
+/// Longest side that any adapter draws or window system takes; the adapter in use may take less.
+const MAX_SIDE_PX: u32 = 16_384;
+const SIZE: &str = "WIDTHxHEIGHT in pixels, 1 to 16384 each, for example 1440x810";
 
 crate::params! {
     /// How a model is looked at.
@@ -79,22 +84,35 @@ pub fn add(command: Command) -> Command {
 
 /// Adds the size of the picture and where the sun stands, for [`size_px`] and [`toward_sun`].
 pub fn add_size_and_sun(command: Command, size: &'static str) -> Command {
-    command.arg(Arg::new("size").long("size").value_name("WxH").default_value(size).help("Size of the picture in pixels")).arg(
-        Arg::new("sun")
-            .long("sun")
-            .value_name("AZ,EL")
-            .allow_hyphen_values(true)
-            .default_value("40,45")
-            .help("Where the sun stands, in °: azimuth as the viewer's, elevation above the horizon"),
-    )
+    command
+        .arg(
+            Arg::new("size")
+                .long("size")
+                .value_name("WxH")
+                .allow_hyphen_values(true)
+                .default_value(size)
+                .help("Size of the picture in pixels"),
+        )
+        .arg(
+            Arg::new("sun")
+                .long("sun")
+                .value_name("AZ,EL")
+                .allow_hyphen_values(true)
+                .default_value("40,45")
+                .help("Where the sun stands, in °: azimuth as the viewer's, elevation above the horizon"),
+        )
 }
 
 /// The picture's width and height.
 ///
 /// # Errors
-/// [`Error::Hint`] unless they are two numbers.
+/// [`Error::Hint`] unless they are two numbers in range.
 pub fn size_px(matches: &ArgMatches) -> Result<[u32; 2]> {
-    pair(text(matches, "size"), 'x', "--size", "WIDTHxHEIGHT in pixels, for example 1440x810")
+    let size_px: [u32; 2] = pair(text(matches, "size"), 'x', "--size", SIZE)?;
+    if size_px.iter().all(|side| (1..=MAX_SIDE_PX).contains(side)) {
+        return Ok(size_px);
+    }
+    Err(Error::Hint { flag: "--size", expected: SIZE.to_owned(), found: text(matches, "size").to_owned() })
 }
 
 /// Towards the sun, unit length.
@@ -103,12 +121,11 @@ pub fn size_px(matches: &ArgMatches) -> Result<[u32; 2]> {
 /// [`Error::Hint`] unless they are two angles.
 pub fn toward_sun(matches: &ArgMatches) -> Result<Vec3> {
     let sun: [f32; 2] = pair(text(matches, "sun"), ',', "--sun", "AZIMUTH,ELEVATION in °, for example 40,45")?;
-    if !sun.iter().all(|degrees| degrees.abs() <= 360.0) {
-        let expected = "AZIMUTH,ELEVATION from -360 to 360 °".to_owned();
+    if !(sun[0].abs() <= 360.0 && sun[1].abs() <= 90.0) {
+        let expected = "AZIMUTH,ELEVATION with -360 ≤ AZIMUTH ≤ 360 and -90 ≤ ELEVATION ≤ 90 °".to_owned();
         return Err(Error::Hint { flag: "--sun", expected, found: text(matches, "sun").to_owned() });
     }
-    let ((sa, ca), (se, ce)) = (sun[0].to_radians().sin_cos(), sun[1].to_radians().sin_cos());
-    Ok(Vec3::new(sa * ce, se, ca * ce))
+    Ok(toward(sun))
 }
 
 fn text<'a>(matches: &'a ArgMatches, name: &str) -> &'a str {
@@ -122,6 +139,7 @@ pub fn add_adapter(command: Command) -> Command {
             .long("adapter")
             .value_name("NAME")
             .default_value("auto")
+            .value_parser(NonEmptyStringValueParser::new())
             .help("Which graphics adapter draws: auto, software, gpu, or a part of its name; `sphereboard doctor` lists them"),
     )
 }
@@ -158,7 +176,10 @@ impl Look {
     }
 
     /// Where `points` are looked at from as told; `turning`, from a distance at which they fit from every side.
-    pub fn orbit(&self, points: &[Vec3], turning: bool) -> Orbit {
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when the tree is so large or far off that coordinates lose their digits.
+    pub fn orbit(&self, points: &[Vec3], turning: bool) -> Result<Orbit> {
         let target = Bounds::of(points.iter().copied()).map_or(Vec3::ZERO, |b| b.center());
         let [width, height] = self.size_px.map(|side| side.max(1) as f32);
         let azimuth_rad = self.params.azimuth_deg.to_radians() as f32;
@@ -169,7 +190,12 @@ impl Look {
             0.0 => (0..sides).map(|i| fitting(TAU * i as f32 / sides as f32)).fold(0.0, f32::max),
             told => told,
         };
-        Orbit { target, azimuth_rad, elevation_rad, distance_m }
+        // Beyond, a 32-bit coordinate has less than a decimetre to it.
+        if !(target.length() + distance_m < 1e6) {
+            let what = format!("the tree stands {:.0} m from the origin and is seen from {distance_m:.0} m", target.length());
+            return Err(Error::Usage { what, remedy: "export it in metres, near the origin" });
+        }
+        Ok(Orbit { target, azimuth_rad, elevation_rad, distance_m })
     }
 
     /// The picture to take from there.
@@ -186,6 +212,12 @@ impl Look {
             ..Shot::new(camera, self.size_px)
         }
     }
+}
+
+/// The direction of an azimuth and an elevation, °: a unit vector.
+pub fn toward([azimuth_deg, elevation_deg]: [f32; 2]) -> Vec3 {
+    let ((sa, ca), (se, ce)) = (azimuth_deg.to_radians().sin_cos(), elevation_deg.to_radians().sin_cos());
+    Vec3::new(sa * ce, se, ca * ce)
 }
 
 /// Two numbers with a sign between them.

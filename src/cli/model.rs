@@ -201,6 +201,7 @@ impl Settings {
             "parameters": {
                 "decode": self.decode, "segment": self.params.segment, "silhouette": self.params.silhouette, "crown": self.params.crown,
                 "exemplar": self.params.exemplar, "texture": self.params.texture, "bake": self.params.bake, "size": self.params.size,
+                "outline": self.params.outline,
             },
             "hints": self.hints.report(),
             "glb_bytes": glb_bytes,

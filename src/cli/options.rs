@@ -62,10 +62,16 @@ fn option(spec: &ParamSpec) -> Arg {
     };
     Arg::new(spec.name)
         .long(spec.flag())
+        .aliases(without_unit(&spec.flag()))
         .value_name(value_name(spec))
         .allow_negative_numbers(true)
         .help(short.clone())
         .long_help(format!("{short}{words}\n  {}", origin(spec.source)))
+}
+
+/// The option without the unit at its end, which may be left out: `azimuth` for `azimuth-deg`.
+fn without_unit(flag: &str) -> Option<String> {
+    ["-deg", "-m", "-px", "-s"].iter().find_map(|unit| flag.strip_suffix(unit)).map(str::to_owned)
 }
 
 /// Where the default comes from, for people who do not know how the tables say it.

@@ -8,10 +8,11 @@ use glam::Vec3;
 use image::RgbaImage;
 use indicatif::ProgressBar;
 
+use crate::geom::Bounds;
 use crate::gpu::layout::Instance;
 use crate::model::import::{self, Imported};
-use crate::raster::{exr_depth, gif, png, webp};
-use crate::render::{Picture, Renderer, Stand, Tree};
+use crate::raster::{FRAME_MS, exr_depth, gif, png, webp};
+use crate::render::{Picture, Renderer, Shot, Stand, Tree};
 use crate::{Error, Result, files};
 
 use super::look::{self, Look, Orbit};
@@ -30,7 +31,11 @@ pub fn command() -> Command {
                 .help("A model: GLB, glTF or OBJ, of ours or of any other program"),
         )
         .arg(file("out").required_unless_present("turntable").help("The picture, PNG"))
-        .arg(file("depth").requires("out").help("Also write the distance from the viewer's plane: OpenEXR, channel Z, metres"))
+        .arg(
+            file("depth")
+                .requires("out")
+                .help("Also write the distance from the viewer's plane: OpenEXR, channel Z, metres, infinity where nothing is"),
+        )
         .arg(file("turntable").help("A full turn round the tree: *.gif, *.webp, or a folder for frames as PNG"))
         .arg(
             Arg::new("frames")
@@ -50,17 +55,17 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let path = |name: &str| matches.get_one::<PathBuf>(name).cloned();
     let model = path("model").expect("clap requires it");
     let (out, depth, turntable) = (path("out"), path("depth"), path("turntable"));
-    let outputs = [&out, &depth, &turntable].into_iter().flatten().map(PathBuf::as_path);
-    files::refuse_overwriting(outputs, std::slice::from_ref(&model))?;
+    check_outputs(&model, out.as_deref(), depth.as_deref(), turntable.as_deref(), frames)?;
 
     let imported = read_model(&model)?;
     let points: Vec<Vec3> = imported.parts.iter().flat_map(|part| part.surface.mesh.positions.iter().copied()).collect();
     let mut renderer = look.renderer()?;
     let tree = upload(&renderer, &imported)?;
-    let orbit = look.orbit(&points, turntable.is_some());
+    let orbit = look.orbit(&points, turntable.is_some())?;
+    warn_inside(&orbit, &points);
     let mut scene = Scene { look: &look, orbit, tree: &tree, renderer: &mut renderer };
     if let Some(out) = out {
-        let picture = scene.picture(0.0)?;
+        let picture = scene.picture(0.0, 0)?;
         let mut made = vec![(out, png(&picture.color)?)];
         if let Some(depth) = depth {
             made.push((depth, exr_depth(look.size_px, &picture.depth_m)?));
@@ -100,41 +105,77 @@ struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    fn picture(&mut self, turn_rad: f32) -> Result<Picture> {
-        let shot = self.look.shot(self.orbit.camera(turn_rad));
+    /// The picture turned round the tree, of that number in a series of 25 a second.
+    fn picture(&mut self, turn_rad: f32, frame: u32) -> Result<Picture> {
+        let mut shot = Shot { frame, ..self.look.shot(self.orbit.camera(turn_rad)) };
+        shot.wind.time += f64::from(frame * FRAME_MS) / 1e3;
         self.renderer.picture(&shot, &[Stand { tree: self.tree, instances: &[Instance::IDENTITY] }])
     }
 
     /// A full turn, as one file or as a folder of frames.
     fn turntable(&mut self, target: &Path, frames: u32) -> Result<()> {
         let bar = batch::progress_bar(u64::from(frames));
-        let kind = target.extension().and_then(|e| e.to_str()).map(str::to_lowercase);
+        let size_px = self.look.size_px;
         let pictures = self.turn(frames, &bar);
-        let bytes = match kind.as_deref() {
-            Some("gif") => gif(pictures.collect::<Result<_>>()?)?,
-            Some("webp") => webp(&pictures.collect::<Result<Vec<_>>>()?)?,
-            Some(other) => {
-                let expected = "a file *.gif or *.webp, or a folder".to_owned();
-                return Err(Error::Hint { flag: "--turntable", expected, found: format!("*.{other}") });
-            }
+        match extension(target).as_deref() {
+            Some("gif") => files::write_whole(target, &gif(pictures)?)?,
+            Some(_) => files::write_whole(target, &webp(size_px, pictures)?)?,
             None => {
                 let _folder = files::ready_folder(target)?;
                 for (number, picture) in pictures.enumerate() {
-                    files::write_whole(&target.join(format!("{number:04}.png")), &png(&picture?)?)?;
+                    files::write_whole(&frame_path(target, number as u32), &png(&picture?)?)?;
                 }
-                return Ok(());
             }
-        };
+        }
         bar.finish_and_clear();
-        files::write_whole(target, &bytes)
+        Ok(())
     }
 
     /// The frames of a full turn.
     fn turn(&mut self, frames: u32, bar: &ProgressBar) -> impl Iterator<Item = Result<RgbaImage>> {
         (0..frames).map(move |frame| {
-            let picture = self.picture(std::f32::consts::TAU * frame as f32 / frames as f32)?;
+            let picture = self.picture(std::f32::consts::TAU * frame as f32 / frames as f32, frame)?;
             bar.inc(1);
             Ok(picture.color)
         })
+    }
+}
+
+/// Refuses outputs that are not what their names say, that replace each other or the model, or that would mix two turntables.
+fn check_outputs(model: &Path, out: Option<&Path>, depth: Option<&Path>, turntable: Option<&Path>, frames: u32) -> Result<()> {
+    let kind = |flag, path: Option<&Path>, allowed: &[Option<&str>], expected: &str| match path {
+        Some(path) if !allowed.contains(&extension(path).as_deref()) => {
+            Err(Error::Hint { flag, expected: expected.to_owned(), found: path.display().to_string() })
+        }
+        _ => Ok(()),
+    };
+    kind("--out", out, &[Some("png")], "a file *.png")?;
+    kind("--depth", depth, &[Some("exr")], "a file *.exr")?;
+    kind("--turntable", turntable, &[Some("gif"), Some("webp"), None], "a file *.gif or *.webp, or a folder")?;
+    files::refuse_overwriting([out, depth, turntable].into_iter().flatten(), &[model.to_owned()])?;
+    let later = turntable.filter(|path| path.is_dir()).map(|folder| frame_path(folder, frames)).filter(|path| path.exists());
+    match later {
+        Some(path) => Err(Error::Usage {
+            what: format!("{} is of a longer turntable and would stay among the new frames", path.display()),
+            remedy: "choose another folder, or delete the frames there",
+        }),
+        None => Ok(()),
+    }
+}
+
+fn extension(path: &Path) -> Option<String> {
+    path.extension().map(|extension| extension.to_string_lossy().to_lowercase())
+}
+
+fn frame_path(folder: &Path, number: u32) -> PathBuf {
+    folder.join(format!("{number:04}.png"))
+}
+
+/// From inside, surfaces are seen from behind, where there is nothing to see.
+fn warn_inside(orbit: &Orbit, points: &[Vec3]) {
+    let eye = orbit.camera(0.0).eye;
+    let inside = Bounds::of(points.iter().copied()).is_some_and(|b| eye.cmpge(b.min).all() && eye.cmple(b.max).all());
+    if inside {
+        say::err("warning: the viewer stands among the leaves, and most surfaces are not seen from inside; raise --distance-m");
     }
 }

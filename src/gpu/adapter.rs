@@ -16,7 +16,7 @@ pub enum AdapterChoice {
     Software,
     /// A real GPU; no fallback.
     Gpu,
-    /// The first whose name contains these words, whatever the case.
+    /// The strongest whose name contains these words, whatever the case.
     Named(String),
 }
 
@@ -164,6 +164,8 @@ impl Gpu {
     /// # Errors
     /// [`Error::Device`] with the driver's words.
     pub fn check(&self) -> Result<()> {
+        // A loss is told when somebody polls.
+        let _ = self.device.poll(wgpu::PollType::Poll);
         let mut trouble = locked(&self.trouble);
         let error = trouble.error.take();
         let what = trouble.loss.clone().or(error);

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// What every pass knows of the frame: WGSL `Frame`, uniform at group 0, binding 0.
+/// What every pass knows of the frame: WGSL `Frame`, at group 0, binding 0.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Frame {
@@ -26,7 +26,7 @@ pub struct Frame {
     pub shadow_texel_m: f32,
     /// Light from above, linear.
     pub sky_color: [f32; 3],
-    /// Where the ground lies, metres; below everything when there is none.
+    /// Where the ground lies, metres.
     pub ground_m: f32,
     /// Light from below, linear.
     pub ground_color: [f32; 3],
@@ -53,7 +53,7 @@ impl Frame {
     pub const NORMALS: u32 = 2;
 }
 
-/// What one part's surface is made of: WGSL `Material`, uniform.
+/// What one part's surface is made of: WGSL `Material`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Material {
@@ -77,7 +77,7 @@ pub struct Material {
     pub pad: [f32; 2],
 }
 
-/// What growth knows of the frame: WGSL `GrowthFrame`, uniform.
+/// What growth knows of the frame: WGSL `GrowthFrame`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct GrowthFrame {
@@ -99,8 +99,10 @@ pub struct GrowthFrame {
     pub frame: u32,
     /// 1: pixels with two background neighbours beside each other are roots too.
     pub corners: u32,
-    /// Unused, keeps the size a multiple of 8.
+    /// Unused, aligns what follows.
     pub pad: u32,
+    /// No crown takes for background what is nearer than its own depth · x − y: a quick test that spares the exact one.
+    pub alike: [f32; 2],
     /// How many roots there is room for.
     pub root_limit: u32,
     /// How many grown pixels there is room for.

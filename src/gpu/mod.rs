@@ -3,6 +3,7 @@
 //! Knows nothing of trees. Headless first: a window hands in its surface only where one is wanted.
 
 mod adapter;
+mod buffer;
 pub mod layout;
 mod readback;
 mod shader;
@@ -13,6 +14,7 @@ mod texture;
 mod timing;
 
 pub use adapter::{AdapterChoice, Gpu, instance};
+pub use buffer::upload_buffer;
 pub use readback::{read_buffer, read_texture};
 pub use shader::{SHADERS, Shader, assemble};
 pub use survey::{Found, survey};

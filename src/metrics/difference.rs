@@ -49,7 +49,7 @@ pub fn difference(a: &[f32], b: &[f32], channels: usize, threshold: f64) -> Resu
     Ok(Difference { mean: sum / samples, rms: (squares / samples).sqrt(), max, over })
 }
 
-/// The same of two 8-bit pictures, alpha included; 255 counts as 1.
+/// The same of two 8-bit pictures, straight alpha and all, as they are stored; 255 counts as 1.
 ///
 /// # Errors
 /// [`Error::UnlikeSizes`].

@@ -53,7 +53,9 @@ pub struct Growth {
 /// of the outline by itself, at any scale, tells conifers from broadleaved trees no better than a coin does.
 const SLENDER: f64 = 1.35;
 /// What is measured stays within these of the crown's height, whatever the mask looks like.
-const DEPTH: (f64, f64) = (0.008, 0.04);
+const DEPTH: (f64, f64) = (0.015, 0.05);
+/// Qmax over the measured depth: twigs grow half as far on average as the longest.
+const LONGEST: f64 = 1.5;
 const SPACING: (f64, f64) = (0.01, 0.04);
 
 impl Growth {
@@ -66,10 +68,10 @@ impl Growth {
             ProfileChoice::Auto => GrowthProfile::Broadleaf,
         };
         let within = |px: f64, (least, most): (f64, f64)| (px * metres_per_px).clamp(least * height_m, most * height_m);
-        let max_m = within(outline.depth_px, DEPTH);
+        let max_m = within(LONGEST * outline.depth_px, DEPTH);
         // Needle twigs stand closer than the mask's pixels tell.
         let apart = if profile == GrowthProfile::Needle { 0.6 } else { 1.0 };
-        Self { profile, min_m: 0.1 * max_m, max_m, spacing_m: apart * within(outline.spacing_px, SPACING) }
+        Self { profile, min_m: 0.08 * max_m, max_m, spacing_m: apart * within(outline.spacing_px, SPACING) }
     }
 
     /// Whether a renderer can work with it.

@@ -172,19 +172,22 @@ mod tests {
         samples.texels.iter().filter(|t| t.w * 255.0 >= f32::from(least) - 0.5).count() as f64 / samples.texels.len() as f64
     }
 
-    fn picture(width: u32, height: u32, bytes: &[u8]) -> RgbaImage {
+    /// Noise that does not repeat: a short period leaves a level only a few different alphas, which cannot be opened in fine steps.
+    fn picture(width: u32, height: u32, seed: u64) -> RgbaImage {
         RgbaImage::from_fn(width, height, |x, y| {
-            let at = |k: u32| bytes[(4 * (y * width + x) + k) as usize % bytes.len()];
-            Rgba([at(0), at(1), at(2), at(3)])
+            let mut bits = seed.wrapping_add(u64::from(y * width + x)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            bits = (bits ^ (bits >> 32)).wrapping_mul(0xd6e8_feb8_6659_fd93);
+            let [.., r, g, b, a] = (bits ^ (bits >> 32)).to_le_bytes();
+            Rgba([r, g, b, a])
         })
     }
 
     proptest! {
         #[test]
         fn every_level_has_the_share_of_the_finest(
-            (width, height) in (1u32..60, 1u32..60), bytes in prop::collection::vec(any::<u8>(), 1..400), cutoff in 0.1f32..0.9,
+            (width, height) in (1u32..60, 1u32..60), seed in any::<u64>(), cutoff in 0.1f32..0.9,
         ) {
-            let picture = picture(width, height, &bytes);
+            let picture = picture(width, height, seed);
             let least = (cutoff * 255.0).ceil() as u8;
             let levels = mip_chain(&picture, Some(cutoff));
             let (mut w, mut h) = (width, height);
@@ -203,8 +206,8 @@ mod tests {
         }
 
         #[test]
-        fn opaque_pictures_keep_their_mean(side in 1u32..6, bytes in prop::collection::vec(any::<u8>(), 1..400)) {
-            let mut picture = picture(1 << side, 1 << side, &bytes);
+        fn opaque_pictures_keep_their_mean(side in 1u32..6, seed in any::<u64>()) {
+            let mut picture = picture(1 << side, 1 << side, seed);
             picture.pixels_mut().for_each(|p| p.0[3] = 255);
             let mean = |p: &RgbaImage| p.pixels().map(|p| to_linear(p.0[1])).sum::<f32>() / p.pixels().len() as f32;
             let levels = mip_chain(&picture, None);

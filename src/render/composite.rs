@@ -1,10 +1,8 @@
 //! The trees' temporary picture goes into the frame where it is nearer (She §3.4, fig. 14), pixel by pixel or with smooth outlines
 //! (fig. 15 d). Only the tiles that trees touch are drawn.
 
-use wgpu::util::DeviceExt;
-
 use super::targets::{COLOR, Targets, color_attachment, depth_attachment, nearer};
-use crate::gpu::{Gpu, Shader};
+use crate::gpu::{Gpu, Shader, upload_buffer};
 use crate::raster::{to_linear, to_srgb};
 
 /// Composites by depth.
@@ -64,11 +62,7 @@ impl Composite {
         if tiles.is_empty() {
             return;
         }
-        let buffer = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("composite.tiles"),
-            contents: bytemuck::cast_slice(tiles),
-            usage: wgpu::BufferUsages::STORAGE,
-        });
+        let buffer = upload_buffer(gpu, "composite.tiles", bytemuck::cast_slice(tiles), wgpu::BufferUsages::STORAGE);
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("composite.group"),
             layout: &self.layout,

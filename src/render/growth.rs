@@ -1,5 +1,7 @@
 //! Growth of crown outlines on the device (She §3.3, fig. 13): which crowns are near enough, the tables they grow by, and the passes.
 
+use std::cell::Cell;
+
 use glam::{Mat4, Quat, Vec3};
 
 use super::limb::{LimbView, Twigs};
@@ -9,7 +11,7 @@ use super::tiles::{Tiles, screen_rect};
 use super::wind::Sway;
 use super::{Camera, Projection, Shot, Stage, Stand};
 use crate::geom::Bounds;
-use crate::gpu::{Gpu, Shader, layout};
+use crate::gpu::{Gpu, Shader, layout, upload_buffer};
 use crate::model::{Growth, GrowthProfile};
 use crate::{Error, Result, Seed};
 
@@ -158,6 +160,7 @@ impl GrowthInput {
                 }
             }
         }
+        input.frame.alike = seer.alike(&input.crowns);
         tree_tiles.merge(&tiles);
         (input.tiles, input.tree_tiles) = (tiles.list(), tree_tiles.list());
         input
@@ -210,6 +213,7 @@ fn frame_of(shot: &Shot) -> layout::GrowthFrame {
         frame: shot.frame,
         corners: u32::from(shot.growth.growth_roots == GrowthRoots::Corners),
         pad: 0,
+        alike: [0.0, 0.0],
         root_limit: 0,
         grown_limit: 0,
     }
@@ -222,6 +226,8 @@ struct Seer<'a> {
     size_px: [u32; 2],
     px_per_m: [f32; 2],
     sway: Sway,
+    /// Of the far sides of all crowns seen so far.
+    farthest_m: Cell<f32>,
 }
 
 /// A crown as seen.
@@ -240,6 +246,18 @@ impl<'a> Seer<'a> {
             size_px: shot.size_px,
             px_per_m: shot.camera.px_per_m(height),
             sway: Sway::of(&shot.wind),
+            farthest_m: Cell::new(0.0),
+        }
+    }
+
+    /// [`layout::GrowthFrame::alike`] for these crowns: half of the smallest gap, as seen at the farthest crown.
+    fn alike(&self, crowns: &[layout::GrowingCrown]) -> [f32; 2] {
+        let gap_m = crowns.iter().map(|crown| crown.gap_m).filter(|gap| *gap > 0.0).fold(f32::MAX, f32::min);
+        match self.camera.projection {
+            _ if gap_m == f32::MAX => [0.0, 0.0],
+            // z / (z + gap) of the farthest pixel that a crown near enough to grow can have.
+            Projection::Perspective { .. } => [1.0 - 0.5 * gap_m / (self.farthest_m.get() + gap_m), 0.0],
+            Projection::Orthographic { near_m, far_m, .. } => [1.0, 0.5 * gap_m / (far_m - near_m)],
         }
     }
 
@@ -272,6 +290,8 @@ impl<'a> Seer<'a> {
         if longest_px < 1.0 {
             return None;
         }
+        let reach_m = crown.bounds.size().length() * instance.scale + self.sway.reach_m(crown.bounds.max.y);
+        self.farthest_m.set(self.farthest_m.get().max(distance + reach_m));
         let object = |v: Vec3| turn.inverse() * v;
         let view = LimbView {
             half_axes: crown.half_axes,
@@ -300,6 +320,7 @@ pub struct GrowthPass {
     points: wgpu::RenderPipeline,
     plan_buffer: wgpu::Buffer,
     plan_group: wgpu::BindGroup,
+    sampler: wgpu::Sampler,
     buffers: Option<Buffers>,
     /// The twigs of every crown.
     pub twigs: Twigs,
@@ -402,6 +423,8 @@ impl GrowthPass {
             group_layout,
             plan_buffer,
             plan_group,
+            // Nearest, clamped to the edge.
+            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor { label: Some("growth.sampler"), ..Default::default() }),
             buffers: None,
             twigs: Twigs::new(Seed(0)),
         }
@@ -433,11 +456,8 @@ impl GrowthPass {
             ..input.frame
         };
         gpu.queue.write_buffer(&buffers.counts, 0, bytemuck::cast_slice(&[0u32, 1, 0, 0, 0, 0, 0, 0]));
-        let filled = |label, contents: &[u8], usage| {
-            use wgpu::util::DeviceExt;
-            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
-        };
-        let uniform = filled("growth.frame", bytemuck::bytes_of(&frame), wgpu::BufferUsages::UNIFORM);
+        let filled = |label, contents: &[u8], usage| upload_buffer(gpu, label, contents, usage);
+        let values = filled("growth.frame", bytemuck::bytes_of(&frame), wgpu::BufferUsages::STORAGE);
         let limbs = filled("growth.limbs", bytemuck::cast_slice(&input.limbs), wgpu::BufferUsages::STORAGE);
         let tiles = filled("growth.tiles", bytemuck::cast_slice(&input.tiles), wgpu::BufferUsages::STORAGE);
         let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
@@ -445,7 +465,7 @@ impl GrowthPass {
             label: Some("growth.group"),
             layout: &self.group_layout,
             entries: &[
-                entry(0, uniform.as_entire_binding()),
+                entry(0, values.as_entire_binding()),
                 entry(1, crowns.as_entire_binding()),
                 entry(2, limbs.as_entire_binding()),
                 entry(3, tiles.as_entire_binding()),
@@ -457,13 +477,14 @@ impl GrowthPass {
                 entry(9, buffers.nearest.as_entire_binding()),
                 entry(10, buffers.keys.as_entire_binding()),
                 entry(11, buffers.grown.as_entire_binding()),
+                entry(12, wgpu::BindingResource::Sampler(&self.sampler)),
             ],
         });
         self.compute(encoder, &group, input.tiles.len() as u32);
         let points = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("growth.points"),
             layout: &self.points.get_bind_group_layout(0),
-            entries: &[entry(0, uniform.as_entire_binding()), entry(1, buffers.grown.as_entire_binding())],
+            entries: &[entry(0, values.as_entire_binding()), entry(1, buffers.grown.as_entire_binding())],
         });
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("growth.points"),
@@ -502,8 +523,6 @@ fn compute_entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEn
 }
 
 fn group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    let uniform =
-        wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
     let texture = |sample_type| wgpu::BindingType::Texture {
         sample_type,
         view_dimension: wgpu::TextureViewDimension::D2,
@@ -512,7 +531,7 @@ fn group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("growth.layout"),
         entries: &[
-            compute_entry(0, uniform),
+            storage(0, true),
             storage(1, true),
             storage(2, true),
             storage(3, true),
@@ -524,6 +543,7 @@ fn group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
             storage(9, false),
             storage(10, false),
             storage(11, false),
+            compute_entry(12, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering)),
         ],
     })
 }

@@ -163,6 +163,7 @@ fn plain_input(size_px: [u32; 2], length: f32) -> GrowthInput {
         frame: 0,
         corners: 0,
         pad: 0,
+        alike: [0.0; 2],
         root_limit: 0,
         grown_limit: 0,
     };
@@ -255,4 +256,16 @@ fn outlines_before_deeper_crowns_grow_and_those_before_barely_deeper_ones_do_not
     assert_eq!(over(&deep, 0), 0, "as in the paper");
     let level = ["bbbbbb", "bbbbbb", "bbbbbb", "b####b", "b####b", "b####b"];
     assert_eq!(over(&level, 1), 0);
+}
+
+#[test]
+fn a_corner_follows_the_direction_of_the_sides_beside_it() {
+    // Up and to the left, from a corner open above and to the right: upward first, as the roots of type T beside it end.
+    let path: Vec<_> = (1..=4).map(|i| offset_of(sides_of(1, 96), i)).collect();
+    assert_eq!(path, [[0, -1], [-1, -1], [-1, -2], [-2, -2]]);
+    assert_eq!(sides_of(1, 96), sides_of(2, 96));
+    for axis in [1, 3, 5, 7] {
+        let open = [axis as usize / 2, (axis as usize).div_ceil(2) % 4];
+        assert!((0..256).all(|direction| open.contains(&sides_of(axis, direction)[0])));
+    }
 }

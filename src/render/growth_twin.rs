@@ -62,7 +62,7 @@ impl Twin<'_> {
         all.filter_map(|at| self.root(at)).collect()
     }
 
-    /// Every grown pixel, row by row: the smallest depth wins, then the shorter way from the root, then the lower root. Those that stand
+    /// Every grown pixel, row by row: a whole one wins over a tip, then the smallest depth, then the shorter way from the root, then the lower root. Those that stand
     /// behind what the picture shows there are left out.
     pub fn grown(&self) -> Vec<GrownPixel> {
         let mut winners: Vec<Option<(GrownPixel, u32)>> = vec![None; self.pictures.depth.len()];
@@ -74,7 +74,8 @@ impl Twin<'_> {
                 let winner = &mut winners[self.index(at)];
                 // Roots come in order: of equals the first, which is the lower, stays.
                 let wins = winner.is_none_or(|(other, steps)| {
-                    let (ours, theirs) = (self.depth(root.at), self.depth(other.root));
+                    let rank = |pixel: &GrownPixel| (pixel.coverage == 16, self.depth(pixel.root));
+                    let (ours, theirs) = (rank(&pixel), rank(&other));
                     ours > theirs || (ours == theirs && (i as u32) < steps)
                 });
                 if wins {
@@ -200,22 +201,24 @@ fn axis_of(open: [bool; 4], corners: bool) -> Option<u32> {
     }
 }
 
-/// The sides that a growth alternates between: of the three directions round `axis` (fig. 13c) the nearest to a screen direction, in
-/// 256ths of a turn counter-clockwise from the right.
+/// The sides that a growth alternates between: of the directions round `axis` (three, fig. 13c; five round a corner) the nearest to a
+/// screen direction, in 256ths of a turn counter-clockwise from the right.
 fn sides_of(axis: u32, direction: u32) -> [usize; 2] {
     let octant = ((direction + 16) / 32) % 8;
-    let way = match (octant + 8 - axis) % 8 {
+    let most = if axis.is_multiple_of(2) { 1 } else { 2 };
+    let turn = match (octant + 8 - axis) % 8 {
         0 | 4 => 0,
-        1..4 => 1,
-        _ => 7,
+        left @ 1..4 => (left as i32).min(most),
+        right => (right as i32 - 8).max(-most),
     };
-    let octant = (axis + way) % 8;
-    if octant % 2 == 0 {
-        return [octant as usize / 2; 2];
-    }
-    let (before, after) = (octant as usize / 2, (octant as usize / 2 + 1) % 4);
-    // The side that leads off the outline comes first; between two such, the level one.
-    let after_first = if axis % 2 == 0 { after == axis as usize / 2 } else { after % 2 == 0 };
+    let octant = (axis as i32 + turn).rem_euclid(8);
+    let (before, after) = (octant as usize / 2, (octant as usize).div_ceil(2) % 4);
+    let after_first = match (axis.is_multiple_of(2), turn) {
+        (true, _) => after == axis as usize / 2,
+        // A corner: both of its sides are background; of the growth between them the level one comes first.
+        (false, 0) => after.is_multiple_of(2),
+        (false, turn) => turn < 0,
+    };
     if after_first { [after, before] } else { [before, after] }
 }
 

@@ -174,8 +174,8 @@ struct Rules {
 impl Rules {
     fn of(profile: GrowthProfile) -> Self {
         match profile {
-            GrowthProfile::Needle => Self { width: 0.45, leaf: 0.3, upward: 0.35, lean: 0.5, needle: true },
-            GrowthProfile::Broadleaf => Self { width: 0.75, leaf: 0.45, upward: 0.1, lean: 1.0, needle: false },
+            GrowthProfile::Needle => Self { width: 0.4, leaf: 0.35, upward: 0.35, lean: 0.5, needle: true },
+            GrowthProfile::Broadleaf => Self { width: 0.6, leaf: 0.5, upward: 0.1, lean: 0.8, needle: false },
         }
     }
 

@@ -5,11 +5,10 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 use glam::Vec3;
 use image::{Rgba, RgbaImage};
-use wgpu::util::DeviceExt;
 
 use super::targets::{COLOR, ID, Targets, color_attachment, depth_attachment, nearer};
 use crate::geom::Bounds;
-use crate::gpu::{Gpu, Shader, Target, layout, upload_mips};
+use crate::gpu::{Gpu, Shader, Target, layout, upload_buffer, upload_mips};
 use crate::model::{Growth, GrowthProfile, Material, Part, Wrap, bounds};
 use crate::raster::mip_chain;
 
@@ -177,9 +176,7 @@ impl MeshDrawer {
         };
         let vertices: Vec<_> = (0..surface.mesh.positions.len()).map(vertex).collect();
         let indices: Vec<u32> = surface.mesh.triangulated().flatten().collect();
-        let buffer = |label, contents, usage| {
-            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
-        };
+        let buffer = |label, contents, usage| upload_buffer(gpu, label, contents, usage);
         DrawnPart {
             vertices: buffer("mesh.vertices", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer("mesh.indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
@@ -207,18 +204,14 @@ impl MeshDrawer {
             foliage: f32::from(u8::from(alpha_cutoff.is_some())),
             ..layout::Material::zeroed()
         };
-        let uniform = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("mesh.material"),
-            contents: bytemuck::bytes_of(&values),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
+        let buffer = upload_buffer(gpu, "mesh.material", bytemuck::bytes_of(&values), wgpu::BufferUsages::STORAGE);
         let view = textures.view(gpu, &part.material);
         let sampler = &self.samplers[usize::from(*wrap == Wrap::Repeat)][usize::from(alpha_cutoff.is_some())];
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("mesh.material"),
             layout: &self.material_layout,
             entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() },
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&view) },
                 wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(sampler) },
             ],
@@ -227,11 +220,7 @@ impl MeshDrawer {
 
     /// Puts instances onto the device.
     pub fn place(&self, gpu: &Gpu, instances: &[layout::Instance]) -> Placed {
-        let buffer = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("mesh.instances"),
-            contents: bytemuck::cast_slice(instances),
-            usage: wgpu::BufferUsages::VERTEX,
-        });
+        let buffer = upload_buffer(gpu, "mesh.instances", bytemuck::cast_slice(instances), wgpu::BufferUsages::VERTEX);
         Placed { buffer, count: instances.len() as u32 }
     }
 
@@ -345,8 +334,11 @@ fn pipeline(
 
 fn material_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
-    let uniform =
-        wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
+    let values = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Storage { read_only: true },
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
     let texture = wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Float { filterable: true },
         view_dimension: wgpu::TextureViewDimension::D2,
@@ -355,7 +347,7 @@ fn material_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("mesh.material"),
         entries: &[
-            entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, uniform),
+            entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, values),
             entry(1, wgpu::ShaderStages::FRAGMENT, texture),
             entry(2, wgpu::ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
         ],

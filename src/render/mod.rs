@@ -150,8 +150,8 @@ pub struct Picture {
     pub depth_m: Vec<f32>,
 }
 
-/// Most pixels of a picture: its targets take about 30 bytes a pixel, 2 GB in all.
-const MAX_PIXELS: u64 = 64 << 20;
+/// Most pixels of a picture: its targets and the buffers of growth take about 40 bytes a pixel, and reading it back 8.
+const MAX_PIXELS: u64 = 32 << 20;
 
 /// Draws frames. Owns the device and every pipeline.
 #[derive(Debug)]
@@ -180,14 +180,14 @@ impl Renderer {
         let frame_layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("frame.layout"),
             entries: &[
-                buffer_entry(0, wgpu::BufferBindingType::Uniform),
+                buffer_entry(0, wgpu::BufferBindingType::Storage { read_only: true }),
                 buffer_entry(8, wgpu::BufferBindingType::Storage { read_only: true }),
             ],
         });
         let frame = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("frame.uniform"),
+            label: Some("frame.values"),
             size: size_of::<layout::Frame>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
         let crowns = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -218,7 +218,9 @@ impl Renderer {
     /// # Errors
     /// [`Error::Device`] when they do not fit.
     pub fn upload(&self, parts: &[Part]) -> Result<Tree> {
-        self.gpu.guarded(|| self.meshes.upload(&self.gpu, parts))
+        let tree = self.gpu.guarded(|| self.meshes.upload(&self.gpu, parts))?;
+        self.gpu.queue.submit([]); // sent off, so that what it took to send comes back even if nothing is ever drawn
+        Ok(tree)
     }
 
     /// Takes a picture and reads it back.
@@ -271,6 +273,7 @@ impl Renderer {
 
     /// Draws a frame into the targets.
     fn draw(&mut self, shot: &Shot, stands: &[Stand]) -> Result<()> {
+        self.resize(shot.size_px)?; // before anything is reckoned for a size that cannot be drawn
         let growing = GrowthInput::new(shot, stands, &self.growth.twigs);
         self.draw_growing(shot, stands, &growing)
     }
@@ -280,6 +283,7 @@ impl Renderer {
         self.resize(shot.size_px)?;
         let targets = self.targets.as_ref().expect("just made");
         let sway = Sway::of(&shot.wind);
+        let ground_m = ground(scene_bounds(stands, Sway::NONE));
         let casters = scene_bounds(stands, sway).filter(|_| shot.stage == Stage::Lit);
         if casters.is_some() {
             self.sun.resize(&self.gpu, shot.light.shadow_map_px.0);
@@ -287,7 +291,7 @@ impl Renderer {
         let toward_sun = shot.toward_sun.normalize_or(Vec3::Y);
         let range_m = shot.light.shadow_range_m as f32;
         let view = casters.map(|casters| SunView::fit(toward_sun, casters, &shot.camera, range_m, self.sun.size_px));
-        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view)));
+        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view, ground_m)));
         self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
         let drawn = self.placed(stands, growing);
         let casters = view.map(|view| self.casters(stands, sway, view));
@@ -386,7 +390,13 @@ fn placed_corners(b: Bounds, instance: &layout::Instance) -> [Vec3; 8] {
     [a, b, c, d, e, f, g, h]
 }
 
-fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>) -> layout::Frame {
+/// Where the ground lies: at the origin, as trees stand; below what reaches far under it, as files do that centre their tree. A low twig or a
+/// root may dip into the ground.
+fn ground(scene: Option<Bounds>) -> f32 {
+    scene.filter(|b| b.min.y < -0.1 * b.size().y).map_or(0.0, |b| b.min.y)
+}
+
+fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> layout::Frame {
     let [width, height] = shot.size_px;
     let clip_from_world = shot.camera.clip_from_world(width as f32 / height as f32);
     let toward_sun = shot.toward_sun.normalize_or(Vec3::Y);
@@ -406,7 +416,7 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>) -> layout::Frame {
         sun_color: light.sun.to_array(),
         shadow_texel_m: sun.map_or(0.0, |sun| sun.texel_m),
         sky_color: light.sky.to_array(),
-        ground_m: 0.0,
+        ground_m,
         ground_color: light.ground.to_array(),
         background: shot.background as u32,
         size_px: [width as f32, height as f32],

@@ -49,20 +49,20 @@ impl Window {
         }
     }
 
-    /// Draws a frame and shows it, `panel` in its top left corner. A window that is hidden or just changing is skipped: the next
-    /// frame will do.
+    /// Draws a frame and shows it, `panel` in its top left corner. False when the window was hidden or just changing, so that nothing
+    /// was drawn.
     ///
     /// # Errors
     /// Those of [`Renderer::picture`].
-    pub fn show(&mut self, renderer: &mut Renderer, shot: &Shot, stands: &[Stand], panel: Option<&RgbaImage>) -> Result<()> {
+    pub fn show(&mut self, renderer: &mut Renderer, shot: &Shot, stands: &[Stand], panel: Option<&RgbaImage>) -> Result<bool> {
         use wgpu::CurrentSurfaceTexture::{Lost, Outdated, Suboptimal, Success};
         let frame = match self.surface.get_current_texture() {
             Success(frame) | Suboptimal(frame) => frame,
             Outdated | Lost => {
                 self.surface.configure(&renderer.gpu.device, &self.config);
-                return renderer.gpu.check();
+                return renderer.gpu.check().map(|()| false);
             }
-            _ => return renderer.gpu.check(),
+            _ => return renderer.gpu.check().map(|()| false),
         };
         renderer.draw(shot, stands)?;
         let (gpu, picture) = (&renderer.gpu, renderer.drawn());
@@ -96,7 +96,7 @@ impl Window {
         gpu.queue.submit([encoder.finish()]);
         gpu.queue.present(frame);
         // Waiting makes the time of a frame the time it took.
-        gpu.wait()
+        gpu.wait().map(|()| true)
     }
 }
 

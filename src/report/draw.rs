@@ -1,7 +1,7 @@
 //! Small drawing helpers: tint, lines, dots, panels side by side.
 
 use glam::DVec2;
-use image::{Rgb, RgbImage, imageops};
+use image::{Rgb, RgbImage, RgbaImage, imageops};
 use imageproc::drawing::{draw_antialiased_line_segment_mut, draw_filled_circle_mut, draw_hollow_rect_mut};
 use imageproc::pixelops::interpolate;
 use imageproc::rect;
@@ -53,6 +53,14 @@ pub fn frame(image: &mut RgbImage, area: Rect, color: Rgb<u8>) {
         let border = rect::Rect::at(area.x as i32 - grow as i32, area.y as i32 - grow as i32).of_size(size.0.max(1), size.1.max(1));
         draw_hollow_rect_mut(image, border, color);
     }
+}
+
+/// The colours alone.
+pub fn opaque(image: &RgbaImage) -> RgbImage {
+    RgbImage::from_fn(image.width(), image.height(), |x, y| {
+        let [r, g, b, _] = image.get_pixel(x, y).0;
+        Rgb([r, g, b])
+    })
 }
 
 /// `image` scaled to `height`, its shape kept.

@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use glam::Vec3;
-use image::{Rgb, RgbImage};
+use image::RgbImage;
 
 use crate::Result;
 use crate::geom::Bounds;
@@ -32,10 +32,7 @@ pub fn preview(renderer: &mut Renderer, model: &TreeModel) -> Result<RgbImage> {
         let distance_m = Camera::fitting_distance_m(&points, target, azimuth_rad, elevation_rad, 1.0);
         let shot = Shot::new(Camera::orbit(target, azimuth_rad, elevation_rad, distance_m), [SIDE_PX; 2]);
         let picture = renderer.picture(&shot, &[Stand { tree: &tree, instances: &[Instance::IDENTITY] }])?.color;
-        Ok(RgbImage::from_fn(SIDE_PX, SIDE_PX, |x, y| {
-            let [r, g, b, _] = picture.get_pixel(x, y).0;
-            Rgb([r, g, b])
-        }))
+        Ok(draw::opaque(&picture))
     });
     Ok(draw::side_by_side(&panels.collect::<Result<Vec<_>>>()?, 4))
 }

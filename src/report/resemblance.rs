@@ -3,7 +3,7 @@
 //! The crown's outline was traced in parallel projection, so the comparison is made in it, too.
 
 use glam::Vec3;
-use image::{Rgb, RgbImage, RgbaImage, imageops};
+use image::{RgbImage, RgbaImage, imageops};
 
 use crate::Result;
 use crate::gpu::layout::Instance;
@@ -65,13 +65,7 @@ pub fn measure(renderer: &mut Renderer, photo: &Photo, run: &ModelRun) -> Result
     let mut inside =
         image::DynamicImage::from(imageops::resize(&small, size_px[0], size_px[1], imageops::FilterType::Triangle)).into_rgba8();
     imageops::overlay(&mut inside, &cut, 0, 0);
-    let plain = |image: &RgbaImage| {
-        RgbImage::from_fn(image.width(), image.height(), |x, y| {
-            let [r, g, b, _] = image.get_pixel(x, y).0;
-            Rgb([r, g, b])
-        })
-    };
-    let picture = draw::side_by_side(&[small, plain(&scene), plain(&inside)], 6);
+    let picture = draw::side_by_side(&[small, draw::opaque(&scene), draw::opaque(&inside)], 6);
     Ok(Resemblance {
         iou: covered(&drawn).without_holes().iou(&silhouette),
         iou_with_gaps: covered(&drawn).iou(&at_size(&seen, size_px)),

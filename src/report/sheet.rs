@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use glam::Vec3;
-use image::{Rgb, RgbImage};
+use image::RgbImage;
 
 use crate::Result;
 use crate::geom::Surface;
@@ -42,7 +42,7 @@ pub fn picture(model: &TreeModel, azimuth_rad: f32, elevation_rad: f32, size_px:
     let trunk = model.trunk.iter().map(|t| (&t.surface, Material { factor: bark(t.bark), ..Material::default() }));
     let surfaces: Vec<(&Surface, Material)> = crowns.chain(trunk).collect();
     let view = View::around(points(model), azimuth_rad, elevation_rad, size_px, size_px);
-    Ok(without_alpha(render(&surfaces, &view, Some(&LIGHT))?.over(BACKGROUND)))
+    Ok(draw::opaque(&render(&surfaces, &view, Some(&LIGHT))?.over(BACKGROUND)))
 }
 
 /// A row for a grown tree: front, side, 45° above, bare wood; one scale in all of them.
@@ -58,7 +58,7 @@ pub fn grown_row(parts: &[Part], size_px: u32) -> Result<RgbImage> {
     let panels = sides.iter().map(|(shown, azimuth, elevation)| {
         let view = View { half_height_m: half_m, ..around(parts, *azimuth, *elevation, size_px) };
         let surfaces: Vec<(&Surface, Material)> = shown.iter().map(|part| (&part.surface, part.material.raster())).collect();
-        Ok(without_alpha(render(&surfaces, &view, Some(&LIGHT))?.over(BACKGROUND)))
+        Ok(draw::opaque(&render(&surfaces, &view, Some(&LIGHT))?.over(BACKGROUND)))
     });
     Ok(draw::side_by_side(&panels.collect::<Result<Vec<_>>>()?, 6))
 }
@@ -76,7 +76,7 @@ fn untextured(model: &TreeModel, size_px: u32) -> Result<RgbImage> {
     // Faceted shading would need split vertices; a low sun shows the shape as well.
     let light = Light { toward_sun: Vec3::new(-1.0, 0.5, 0.5), ambient: 0.2 };
     let view = View::around(points(model), 0.0, 0.0, size_px, size_px);
-    Ok(without_alpha(render(&surfaces, &view, Some(&light))?.over(BACKGROUND)))
+    Ok(draw::opaque(&render(&surfaces, &view, Some(&light))?.over(BACKGROUND)))
 }
 
 /// A bark colour in linear light.
@@ -88,11 +88,4 @@ fn bark(srgb: [u8; 3]) -> [f32; 4] {
 fn points(model: &TreeModel) -> impl Iterator<Item = Vec3> {
     let surfaces = model.crowns.iter().map(|c| &c.surface).chain(model.trunk.iter().map(|t| &t.surface));
     surfaces.flat_map(|s| s.mesh.positions.iter().copied())
-}
-
-fn without_alpha(image: image::RgbaImage) -> RgbImage {
-    RgbImage::from_fn(image.width(), image.height(), |x, y| {
-        let [r, g, b, _] = image.get_pixel(x, y).0;
-        Rgb([r, g, b])
-    })
 }

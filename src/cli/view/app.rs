@@ -20,8 +20,13 @@ use crate::gpu::layout::Instance;
 use crate::model::import::Imported;
 use crate::model::{self, Part};
 use crate::raster::png;
-use crate::render::{Renderer, Stand, Tree, Window as Pane};
+use crate::render::{Renderer, Shot, Stand, Tree, Window as Pane};
 use crate::{Error, Result, files};
+
+/// From frame to frame while the wind blows.
+const MOVING: Duration = Duration::from_millis(16);
+/// Before a hidden window is tried again.
+const HIDDEN: Duration = Duration::from_millis(200);
 
 /// The application that winit runs.
 pub struct App {
@@ -36,6 +41,10 @@ pub struct App {
     cursor: Option<PhysicalPosition<f64>>,
     dragging: bool,
     saved: usize,
+    /// Number of the frame.
+    frame: u32,
+    /// When to draw although nobody did anything.
+    next: Option<Instant>,
 }
 
 /// Everything that exists while the window is open.
@@ -49,12 +58,26 @@ struct Open {
 
 impl App {
     /// An application that will open a window onto those trees.
-    pub fn new(look: Look, trees: Vec<Imported>, screenshots: PathBuf, seconds: Option<u64>) -> Self {
+    pub fn new(look: Look, trees: Vec<Imported>, screenshots: PathBuf, seconds: Option<u64>) -> Result<Self> {
         let points: Vec<Vec3> = trees.iter().zip(places(&trees)).flat_map(|(tree, at)| corners(&tree.parts, at)).collect();
-        let state = State::new(&look, look.orbit(&points, false));
+        let state = State::new(&look, look.orbit(&points, false)?);
         let opened = Instant::now();
         let closes = seconds.map(|seconds| opened + Duration::from_secs(seconds));
-        Self { look, trees, screenshots, opened, closes, state, open: None, failed: None, cursor: None, dragging: false, saved: 0 }
+        Ok(Self {
+            look,
+            trees,
+            screenshots,
+            opened,
+            closes,
+            state,
+            open: None,
+            failed: None,
+            cursor: None,
+            dragging: false,
+            saved: 0,
+            frame: 0,
+            next: None,
+        })
     }
 
     /// What went wrong while the window was open, if anything.
@@ -83,33 +106,46 @@ impl App {
         event_loop.exit();
     }
 
-    fn draw(&mut self) -> Result<()> {
-        let Some(open) = &mut self.open else { return Ok(()) };
-        let size_px = open.pane.size_px();
-        if size_px.contains(&0) {
-            return Ok(()); // minimised
-        }
-        let shot = self.state.shot(&self.look, size_px, self.opened.elapsed().as_secs_f64());
+    /// The picture of this moment.
+    fn shot(&mut self, size_px: [u32; 2]) -> Shot {
+        self.frame = self.frame.wrapping_add(1);
+        Shot { frame: self.frame, ..self.state.shot(&self.look, size_px, self.opened.elapsed().as_secs_f64()) }
+    }
+
+    /// Draws a frame; false when the window cannot be drawn into for now.
+    fn draw(&mut self) -> Result<bool> {
+        let Some(size_px) = self.open.as_ref().map(|open| open.pane.size_px()).filter(|size_px| !size_px.contains(&0)) else {
+            return Ok(false);
+        };
+        let shot = self.shot(size_px);
+        let Some(open) = &mut self.open else { return Ok(false) };
         let triangles: usize = open.placed.iter().map(|(tree, _)| tree.triangles()).sum();
         let status = format!("{:.1} ms a frame, {triangles} triangles, {}", open.frame_ms, self.state.words());
         let text: Vec<String> = std::iter::once(status.clone()).chain(keys::lines()).collect();
         let panel = self.state.help.then(|| overlay::panel(&text, (size_px[1] / 480).clamp(1, 4)));
-        let stands: Vec<Stand> =
-            open.placed.iter().map(|(tree, instance)| Stand { tree, instances: std::slice::from_ref(instance) }).collect();
         let start = Instant::now();
-        open.pane.show(&mut open.renderer, &shot, &stands, panel.as_ref())?;
-        open.frame_ms = start.elapsed().as_secs_f64() * 1e3;
-        open.window.set_title(&format!("sphereboard: {status}"));
+        let shown = open.pane.show(&mut open.renderer, &shot, &stands(&open.placed), panel.as_ref())?;
+        if shown {
+            open.frame_ms = start.elapsed().as_secs_f64() * 1e3;
+            open.window.set_title(&format!("sphereboard: {status}"));
+        }
+        Ok(shown)
+    }
+
+    /// Draws, and says when to draw next: soon while something moves, later while the window is hidden.
+    fn draw_and_go_on(&mut self) -> Result<()> {
+        let shown = self.draw()?;
+        let pause = if shown { MOVING } else { HIDDEN };
+        self.next = (self.state.moves() || !shown).then(|| Instant::now() + pause);
         Ok(())
     }
 
     /// Saves what is shown, without the text.
     fn save(&mut self) -> Result<()> {
+        let Some(size_px) = self.open.as_ref().map(|open| open.pane.size_px().map(|side| side.max(1))) else { return Ok(()) };
+        let shot = self.shot(size_px);
         let Some(open) = &mut self.open else { return Ok(()) };
-        let shot = self.state.shot(&self.look, open.pane.size_px().map(|side| side.max(1)), self.opened.elapsed().as_secs_f64());
-        let stands: Vec<Stand> =
-            open.placed.iter().map(|(tree, instance)| Stand { tree, instances: std::slice::from_ref(instance) }).collect();
-        let picture = open.renderer.picture(&shot, &stands)?;
+        let picture = open.renderer.picture(&shot, &stands(&open.placed))?;
         let path = loop {
             self.saved += 1;
             let path = self.screenshots.join(format!("sphereboard-{:03}.png", self.saved));
@@ -174,11 +210,11 @@ impl ApplicationHandler for App {
                 }
                 self.redraw();
             }
-            WindowEvent::RedrawRequested => match self.draw() {
-                Ok(()) if self.state.moves() => self.redraw(),
-                Ok(()) => {}
-                Err(error) => self.fail(event_loop, error),
-            },
+            WindowEvent::RedrawRequested => {
+                if let Err(error) = self.draw_and_go_on() {
+                    self.fail(event_loop, error);
+                }
+            }
             WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed => {
                 if let Some(action) = keys::action_of(&event.logical_key) {
                     self.act(event_loop, action);
@@ -199,12 +235,21 @@ impl ApplicationHandler for App {
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        match self.closes {
-            Some(at) if Instant::now() >= at => event_loop.exit(),
-            Some(at) => event_loop.set_control_flow(ControlFlow::WaitUntil(at)),
-            None => event_loop.set_control_flow(ControlFlow::Wait),
+        let now = Instant::now();
+        if self.closes.is_some_and(|at| now >= at) {
+            return event_loop.exit();
         }
+        if self.next.is_some_and(|at| now >= at) {
+            self.next = None;
+            self.redraw();
+        }
+        let wake = self.closes.into_iter().chain(self.next).min();
+        event_loop.set_control_flow(wake.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
+}
+
+fn stands(placed: &[(Tree, Instance)]) -> Vec<Stand<'_>> {
+    placed.iter().map(|(tree, instance)| Stand { tree, instances: std::slice::from_ref(instance) }).collect()
 }
 
 /// Where each tree stands: in a row along +X, none touching the next, their middle at the origin.

@@ -58,7 +58,7 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let trees = models.map(|path| render::read_model(path)).collect::<Result<Vec<_>, _>>()?;
     let no_window = |e: &dyn std::fmt::Display| Error::NoWindow { what: e.to_string() };
     let event_loop = EventLoop::new().map_err(|e| no_window(&e))?;
-    let mut app = App::new(look, trees, screenshots.clone(), seconds);
+    let mut app = App::new(look, trees, screenshots.clone(), seconds)?;
     event_loop.run_app(&mut app).map_err(|e| no_window(&e))?;
     app.outcome()?;
     Ok(ExitCode::SUCCESS)

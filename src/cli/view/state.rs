@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::keys::Action;
-use crate::cli::look::{Look, Orbit};
+use crate::cli::look::{Look, Orbit, toward};
 use crate::render::{Background, Camera, GrowthChoice, Shot, Show, Stage};
 
 /// A person's eye above the ground, metres.
@@ -145,11 +145,9 @@ impl State {
 
     /// The picture to draw `time_s` after the window was opened.
     pub fn shot(&self, look: &Look, size_px: [u32; 2], time_s: f64) -> Shot {
-        let [azimuth, elevation] = self.sun_deg.map(f32::to_radians);
-        let toward_sun = Vec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos());
         let mut shot = look.shot(self.camera());
         (shot.size_px, shot.stage, shot.show, shot.background, shot.toward_sun) =
-            (size_px, self.stage, self.show, self.background, toward_sun);
+            (size_px, self.stage, self.show, self.background, toward(self.sun_deg));
         shot.wind.wind = self.wind_m_per_s;
         shot.wind.time += time_s;
         if !self.grows {
