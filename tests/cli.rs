@@ -314,7 +314,9 @@ fn a_mask_drawn_by_hand_replaces_the_segmentation() {
     let output = sphereboard(["segment", OAK, "--mask", OAK_MASK, "--out", out.to_str().unwrap()]);
     assert!(output.status.success(), "{}", stderr(&output));
     let mask = |path: &Path| sphereboard::raster::Mask::from_gray(&image::open(path).unwrap().into_luma8());
-    assert!(mask(&out.join("oak.mask.png")).iou(&mask(Path::new(OAK_MASK))) > 0.97);
+    // A crown has no holes: what shows through it is told apart as its gaps.
+    let (found, drawn) = (mask(&out.join("oak.mask.png")), mask(Path::new(OAK_MASK)).without_holes());
+    assert!(found.iou(&drawn) > 0.97, "{}", found.iou(&drawn));
 }
 
 #[test]
