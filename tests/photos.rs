@@ -11,10 +11,11 @@ use image::{GrayImage, RgbImage, imageops};
 use sphereboard::metrics::flip;
 use sphereboard::raster::Mask;
 
-/// Most that a person sees between the two, FLIP's mean: 0.03 on the machine where they were taken.
-const LARGEST_FLIP: f64 = 0.06;
-/// Least intersection over union of the masks.
-const LEAST_IOU: f64 = 0.93;
+/// Most that a person sees between the two, FLIP's mean: 0.065 to 0.085 on the machine where they were taken, since a sample sees other
+/// levels of the leaves' pictures; another tree gives more than twice as much as is allowed.
+const LARGEST_FLIP: f64 = 0.11;
+/// Least intersection over union of the masks: 0.93 for the birch, whose leaves are smaller than the reduced pixels, to 0.99.
+const LEAST_IOU: f64 = 0.90;
 /// How many times smaller.
 const SMALLER: u32 = 4;
 
@@ -52,18 +53,24 @@ fn the_committed_photographs_are_what_the_list_says() {
     let folder = tempfile::tempdir().unwrap();
     let listed = listed();
     assert_eq!(listed.len(), 6);
+    let mut before: Option<RgbImage> = None;
     for (name, arguments) in &listed {
         let old = color(&photos().join(format!("{name}.jpg")));
         let (width, height) = (old.width() / SMALLER, old.height() / SMALLER);
         let out = folder.path().join(format!("{name}.jpg"));
         let (size, out_text) = (format!("{width}x{height}"), out.to_str().unwrap());
         let mut words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        words.extend(["--size", &size, "--adapter", "software", "--shadow-map-px", "2048", "--out", out_text]);
+        words.extend(["--size", &size, "--supersampling", "4", "--grain", "0", "--adapter", "software", "--out", out_text]);
         let output = photograph(&words);
         assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
-        let seen = flip(&imageops::resize(&old, width, height, imageops::FilterType::Triangle), &color(&out)).unwrap();
+        let new = color(&out);
+        let seen = flip(&imageops::resize(&old, width, height, imageops::FilterType::Triangle), &new).unwrap();
         println!("{name}: FLIP {:.3}", seen.mean);
         assert!(seen.mean < LARGEST_FLIP, "{name}: FLIP {:.3}", seen.mean);
+        if let Some(other) = before.replace(new) {
+            let unlike = flip(&imageops::resize(&old, width, height, imageops::FilterType::Triangle), &other).unwrap();
+            assert!(unlike.mean > 2.0 * LARGEST_FLIP, "{name}: FLIP {:.3} with another photograph", unlike.mean);
+        }
         for kind in ["crown", "tree"] {
             let old = mask(&photos().join(format!("{name}.{kind}.png")));
             let old = imageops::resize(&old, width, height, imageops::FilterType::Triangle);
