@@ -68,8 +68,11 @@ macro_rules! rust_struct {
     }};
 }
 
+/// A struct's name and size, and the name, offset and size of each of its fields.
+type Layout = (&'static str, usize, Vec<(&'static str, usize, usize)>);
+
 /// All structs that are shared through buffers.
-fn rust_structs() -> Vec<(&'static str, usize, Vec<(&'static str, usize, usize)>)> {
+fn rust_structs() -> Vec<Layout> {
     vec![
         rust_struct!(Frame {
             clip_from_world,

@@ -191,7 +191,7 @@ impl Look {
             told => told,
         };
         // Beyond, a 32-bit coordinate has less than a decimetre to it.
-        if !(target.length() + distance_m < 1e6) {
+        if (target.length() + distance_m).is_nan() || target.length() + distance_m > 1e6 {
             let what = format!("the tree stands {:.0} m from the origin and is seen from {distance_m:.0} m", target.length());
             return Err(Error::Usage { what, remedy: "export it in metres, near the origin" });
         }

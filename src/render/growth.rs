@@ -340,7 +340,7 @@ struct Buffers {
 impl Buffers {
     fn new(gpu: &Gpu, size_px: [u32; 2]) -> Result<Self> {
         let pixels = u64::from(size_px[0]) * u64::from(size_px[1]);
-        let limit = gpu.device.limits().max_storage_buffer_binding_size as u64;
+        let limit = gpu.device.limits().max_storage_buffer_binding_size;
         if 4 * pixels > limit {
             return Err(Error::GrowthSize { found: size_px, limit_px: limit / 4 });
         }

@@ -63,7 +63,7 @@ impl Default for Sitting {
             azimuth_rad: 0.0,
             elevation_rad: None,
             size_px: [1000, 1300],
-            toward_sun: Vec3::new(0.45, 0.71, 0.54),
+            toward_sun: Vec3::new(0.4545, std::f32::consts::FRAC_1_SQRT_2, 0.5417),
             light: LightParams { shadow_map_px: PowerOfTwo(4096), ..LightParams::default() },
             seed: Seed(1),
             params: StudioParams::default(),
