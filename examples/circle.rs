@@ -37,9 +37,10 @@ fn main() -> Result<()> {
 fn figures(renderer: &mut Renderer, truth: &ReferenceTree, taken: &Photograph, mask: Option<Mask>) -> (String, String) {
     let photo = Photo { image: taken.image.clone(), opaque: None };
     let view = View { photo, hints: Hints { mask, ..Hints::default() }, azimuth_rad: 0.0 };
-    let params = ModelParams { size: SizeParams { height_m: surveyed_height_m(truth) }, ..ModelParams::default() };
-    let request = Request { views: &[view], params: &params, height_is_given: true, seed: Seed(1), sources: vec![] };
-    let measured = pipeline::run(&request, &|_| ()).and_then(|run| {
+    let measured = surveyed_height_m(renderer, truth, 0.0).and_then(|height_m| {
+        let params = ModelParams { size: SizeParams { height_m }, ..ModelParams::default() };
+        let request = Request { views: &[view], params: &params, height_is_given: true, seed: Seed(1), sources: vec![] };
+        let run = pipeline::run(&request, &|_| ())?;
         let ious = agreement(renderer, truth, &run.model, 0.0, &[0.0, FRAC_PI_2])?;
         Ok((format!("{:.3}", run.views[0].segmentation.crown.iou(&taken.crown)), format!("{:.3} | {:.3}", ious[0], ious[1])))
     });

@@ -313,19 +313,9 @@ fn a_mask_drawn_by_hand_replaces_the_segmentation() {
     let out = place.out();
     let output = sphereboard(["segment", OAK, "--mask", OAK_MASK, "--out", out.to_str().unwrap()]);
     assert!(output.status.success(), "{}", stderr(&output));
-    let mask = |path: &Path| image::open(path).unwrap().into_luma8();
+    let mask = |path: &Path| sphereboard::raster::Mask::from_gray(&image::open(path).unwrap().into_luma8());
     // A crown is of one piece: leaves that hang by themselves in the photograph are not part of it.
-    let found = sphereboard::raster::Mask::from_gray(&mask(&out.join("oak.mask.png")));
-    assert!(found.iou(&largest_piece(&mask(Path::new(OAK_MASK)))) > 0.97);
-}
-
-fn largest_piece(mask: &GrayImage) -> sphereboard::raster::Mask {
-    use imageproc::region_labelling::{Connectivity, connected_components};
-    let labels = connected_components(mask, Connectivity::Eight, image::Luma([0]));
-    let mut sizes = std::collections::BTreeMap::new();
-    labels.pixels().filter(|p| p[0] != 0).for_each(|p| *sizes.entry(p[0]).or_insert(0) += 1);
-    let largest = sizes.into_iter().max_by_key(|(_, size)| *size).unwrap().0;
-    sphereboard::raster::Mask::from_fn(mask.width(), mask.height(), |x, y| labels.get_pixel(x, y)[0] == largest)
+    assert!(mask(&out.join("oak.mask.png")).iou(&mask(Path::new(OAK_MASK)).largest_piece()) > 0.97);
 }
 
 #[test]

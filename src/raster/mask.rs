@@ -128,6 +128,15 @@ impl Mask {
         Self::from_fn(self.width, self.height, |x, y| *labels.get_pixel(x + 1, y + 1) != rim)
     }
 
+    /// The largest of its pieces, of equal ones the first from the top left; pixels that touch at a corner are of one piece.
+    pub fn largest_piece(&self) -> Self {
+        let labels = connected_components(&self.to_gray(), Connectivity::Eight, Luma([0]));
+        let mut sizes = vec![0usize; labels.iter().max().map_or(0, |&last| last as usize) + 1];
+        labels.iter().filter(|&&label| label != 0).for_each(|&label| sizes[label as usize] += 1);
+        let largest = (1..sizes.len()).min_by_key(|&label| std::cmp::Reverse(sizes[label]));
+        Self::from_fn(self.width, self.height, |x, y| Some(labels.get_pixel(x, y)[0] as usize) == largest)
+    }
+
     /// Intersection over union with a mask of the same size; 1 when both are empty.
     pub fn iou(&self, other: &Self) -> f64 {
         assert_eq!((self.width, self.height), (other.width, other.height), "masks of one size");
@@ -137,5 +146,30 @@ impl Mask {
             either += usize::from(a | b != 0);
         }
         if either == 0 { 1.0 } else { both as f64 / either as f64 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drawn(rows: &[&str]) -> Mask {
+        Mask::from_fn(rows[0].len() as u32, rows.len() as u32, |x, y| rows[y as usize].as_bytes()[x as usize] == b'#')
+    }
+
+    #[test]
+    fn holes_are_filled_and_bays_are_not() {
+        let found = drawn(&["####.", "#..#.", "#.##.", "##.##", "###.#"]).without_holes();
+        // The hole in the middle is shut in; the notch below reaches the border by a side, not a corner.
+        assert_eq!(found, drawn(&["####.", "####.", "####.", "##.##", "###.#"]).zip(&found, |a, b| a || b));
+        assert!(found.get(1, 1) && found.get(2, 1) && found.get(1, 2) && !found.get(3, 4) && !found.get(4, 0));
+        assert_eq!(Mask::new(0, 0).without_holes().count() + Mask::new(3, 2).without_holes().count(), 0);
+    }
+
+    #[test]
+    fn the_largest_piece_stays() {
+        let found = drawn(&["##..#", "....#", ".#.#.", "#...."]).largest_piece();
+        assert_eq!(found, drawn(&["....#", "....#", "...#.", "....."]));
+        assert_eq!(Mask::new(3, 2).largest_piece().count(), 0);
     }
 }

@@ -38,17 +38,25 @@ pub fn agreement(
     ious.collect()
 }
 
-/// The height that a surveyor finds, metres: below the top thousandth of the leaves, which are single twigs. Without leaves, the whole.
-pub fn surveyed_height_m(tree: &ReferenceTree) -> f64 {
-    let mut heights: Vec<f32> = tree.foliage.iter().flat_map(|part| &part.surface.mesh.positions).map(|p| p.y).collect();
-    heights.sort_by(f32::total_cmp);
-    let rank = heights.len().saturating_sub(1) * 999 / 1000;
-    f64::from(heights.get(rank).copied().unwrap_or(tree.bounds.max.y))
+/// The height that a surveyor finds from that side, metres: the top of the crown's silhouette, without leaves that hang by themselves.
+///
+/// # Errors
+/// Those of the renderer.
+pub fn surveyed_height_m(renderer: &mut Renderer, truth: &ReferenceTree, azimuth_rad: f32) -> Result<f64> {
+    let grown = renderer.upload(&truth.foliage)?;
+    let crown = outline(renderer, &grown, truth, azimuth_rad)?.largest_piece();
+    let Some(area) = crown.bounds() else { return Ok(f64::from(truth.bounds.max.y)) };
+    let top = 1.0 - 2.0 * f64::from(area.y) / f64::from(SIDE_PX);
+    Ok(f64::from(truth.bounds.center().y) + top * f64::from(half_height_m(truth)))
+}
+
+fn half_height_m(truth: &ReferenceTree) -> f32 {
+    HALF_EXTENTS * truth.bounds.size().max_element().max(1e-3)
 }
 
 /// The silhouette from `azimuth_rad`, within a square around the true tree.
 fn outline(renderer: &mut Renderer, tree: &Tree, truth: &ReferenceTree, azimuth_rad: f32) -> Result<Mask> {
-    let half_height_m = HALF_EXTENTS * truth.bounds.size().max_element().max(1e-3);
+    let half_height_m = half_height_m(truth);
     let middle = Vec3::new(0.0, truth.bounds.center().y, 0.0);
     let distance_m = 8.0 * half_height_m;
     let projection = Projection::Orthographic { half_height_m, near_m: 1e-3 * distance_m, far_m: 2.0 * distance_m };
