@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use assert_cmd::Command;
+use rayon::prelude::*;
 use sphereboard::geom::Bounds;
 use sphereboard::model::grown::{GrownTree, grow_preset};
 use sphereboard::model::reference::{Asked, ReferenceTree};
@@ -88,8 +89,10 @@ fn compare(tree: &GrownTree, path: &Path) {
     let parts: Vec<Part> = read.parts().cloned().collect();
     let (written, found) = (bounds(&tree.parts).unwrap(), bounds(&parts).unwrap());
     assert!((written.min - found.min).abs().max_element() < 1e-5 && (written.max - found.max).abs().max_element() < 1e-5);
-    let quads: u32 = read.leaves.iter().map(|leaf| leaf.quads).sum();
-    assert_eq!((quads as usize, read.wood.len(), read.foliage.len()), (tree.leaf_bones.len(), 1, 1));
+    assert_eq!((read.leaf_quads(), read.wood.len(), read.foliage.len()), (tree.leaf_bones.len(), 1, 1));
+    // Two leaves that happen to cross in their middles are read as one: of the willow's 16,184 there is one such pair.
+    let apart = tree.leaf_bones.len() - read.leaves.len();
+    assert!(apart <= 1, "{} leaves were written, {} read", tree.leaf_bones.len(), read.leaves.len());
     for (part, name) in [(&read.wood[0], "wood"), (&read.foliage[0], "leaves")] {
         let original = tree.parts.iter().find(|p| p.name == name).unwrap();
         assert!(part.material.texture == original.material.texture, "{name}: the picture");
@@ -101,13 +104,15 @@ fn compare(tree: &GrownTree, path: &Path) {
 #[test]
 fn what_is_written_is_read_back() {
     let folder = tempfile::tempdir().unwrap();
-    let tree = grow_preset(preset("acacia").unwrap(), Seed(1)).unwrap();
-    let path = folder.path().join("a tree.glb");
-    files::write_whole(&path, &glb::write_parts(&tree.parts, &"about", "test").unwrap()).unwrap();
-    compare(&tree, &path);
-    let path = folder.path().join("a tree.obj");
-    files::write_all(&obj::write(&tree.parts, &path).unwrap()).unwrap();
-    compare(&tree, &path);
+    PRESETS.par_iter().for_each(|preset| {
+        let tree = grow_preset(preset, Seed(1)).unwrap();
+        let path = folder.path().join(format!("a {}.glb", preset.name));
+        files::write_whole(&path, &glb::write_parts(&tree.parts, &"about", "test").unwrap()).unwrap();
+        compare(&tree, &path);
+        let path = folder.path().join(format!("a {}.obj", preset.name));
+        files::write_all(&obj::write(&tree.parts, &path).unwrap()).unwrap();
+        compare(&tree, &path);
+    });
 }
 
 #[test]

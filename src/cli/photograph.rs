@@ -23,7 +23,8 @@ use super::{Outcome, inspect, look, options, say};
 /// The command's arguments.
 pub fn command() -> Command {
     let angle = |name: &'static str, help: &'static str| {
-        Arg::new(name).long(name).value_name("DEG").allow_negative_numbers(true).help(help)
+        let short = name.trim_end_matches("-deg");
+        Arg::new(name).long(name).alias(short).value_name("DEG").allow_negative_numbers(true).help(help)
     };
     let names = |name: &'static str, help: &'static str| {
         Arg::new(name).long(name).value_name("MATERIAL").action(clap::ArgAction::Append).help(help)

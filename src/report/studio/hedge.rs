@@ -17,14 +17,14 @@ const DEEP_M: f32 = 1.4;
 /// Side of a twig, metres.
 const TWIG_M: f32 = 0.28;
 /// Twigs on a square metre of its face.
-const PER_M2: f32 = 60.0;
+const PER_M2: f32 = 130.0;
 /// Most twigs: a very wide hedge seen from afar needs them no denser.
 const MOST_TWIGS: f32 = 120_000.0;
 /// How far the top waves, metres, and over which length.
 const WAVE_M: f32 = 0.16;
 const WAVE_LONG_M: f32 = 5.3;
 /// Colour of the shade inside, sRGB.
-const SHADE: [u8; 3] = [34, 44, 22];
+const SHADE: [u8; 3] = [40, 58, 24];
 
 /// The hedge for that camera, across all of its picture and behind all of the tree.
 pub fn hedge(tree: Bounds, camera: &Camera, sitting: &Sitting) -> Vec<Part> {
