@@ -148,6 +148,28 @@ fn bars(count: usize) -> Part {
 }
 
 #[test]
+fn in_parallel_projection_nothing_depends_on_how_far_off_the_viewer_stands() {
+    let Some(mut renderer) = renderer() else { return };
+    let tree = renderer.upload(&tree()).unwrap();
+    let stands = [Stand { tree: &tree, instances: &instances() }];
+    let growth = GrowthParams { growth: GrowthChoice::None, ..GrowthParams::default() };
+    let mut take = |away_m: f32, range_m: f32| {
+        let mut shot =
+            Shot { background: Background::Black, growth: growth.clone(), ..shot(0.4, 0.2, 12.0 + away_m, [211, 160], Stage::Lit) };
+        let near_m = 1.0 + away_m;
+        shot.camera.projection = Projection::Orthographic { half_height_m: 4.0, near_m, far_m: near_m + range_m };
+        renderer.picture(&shot, &stands).unwrap().color
+    };
+    let near = take(0.0, 40.0);
+    for (away_m, range_m) in [(10.0, 40.0), (0.0, 160.0)] {
+        let other = take(away_m, range_m);
+        let far = |(a, b): (&u8, &u8)| a.abs_diff(*b) > 2;
+        let unlike = near.as_raw().iter().zip(other.as_raw()).filter(|pair| far(*pair)).count();
+        assert!(unlike < near.as_raw().len() / 1000, "{away_m} m away over {range_m} m: {unlike} differ");
+    }
+}
+
+#[test]
 fn two_thirds_of_all_pixels_may_be_roots() {
     let Some(mut renderer) = renderer() else { return };
     let tree = renderer.upload(&[bars(60)]).unwrap();

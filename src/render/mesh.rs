@@ -373,3 +373,20 @@ fn material_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
         ],
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::testing::software_gpu;
+
+    #[test]
+    fn parts_share_a_texture_only_where_its_smaller_sizes_keep_the_same_alpha() {
+        let Some(gpu) = software_gpu() else { return };
+        let picture = Arc::new(RgbaImage::from_fn(8, 8, |x, _| Rgba([90, 120, 30, 30 * x as u8])));
+        let cut_out = Material { texture: Some(picture), alpha_cutoff: Some(0.3), ..Material::default() };
+        let paler = Material { factor: [1.0, 1.0, 1.0, 0.5], ..cut_out.clone() };
+        let mut textures = Textures::default();
+        let views = [&cut_out, &paler, &cut_out].map(|material| textures.view(&gpu, material));
+        assert!(views[0] == views[2] && views[0] != views[1]);
+    }
+}
