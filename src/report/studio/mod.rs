@@ -9,6 +9,7 @@ mod sky;
 use glam::Vec3;
 use image::RgbImage;
 
+use crate::geom::Bounds;
 use crate::gpu::layout::Instance;
 use crate::model::Growth;
 use crate::model::reference::ReferenceTree;
@@ -85,7 +86,7 @@ pub struct Photograph {
     pub camera: Camera,
 }
 
-/// Takes a photograph; `growth` says how the outlines of a sphere-board grow. `step` is called after each of [`STEPS`] steps.
+/// Takes a photograph of the tree, whose foot is put onto the ground if it is not there; `growth` says how the outlines of a sphere-board grow. `step` is called after each of [`STEPS`] steps.
 ///
 /// # Errors
 /// [`crate::Error::BelowGround`] for a camera under the lawn, [`crate::Error::PictureSize`], and those of the renderer.
@@ -97,8 +98,10 @@ pub fn photograph(
     step: &dyn Fn(),
 ) -> Result<Photograph> {
     let params = &sitting.params;
-    let points: Vec<Vec3> = tree.parts().flat_map(|part| part.surface.mesh.positions.iter().copied()).collect();
-    let camera = framing::camera(&points, tree.bounds, sitting)?;
+    let lift = onto_the_ground(tree.bounds);
+    let bounds = Bounds { min: tree.bounds.min + lift, max: tree.bounds.max + lift };
+    let points: Vec<Vec3> = tree.parts().flat_map(|part| &part.surface.mesh.positions).map(|p| *p + lift).collect();
+    let camera = framing::camera(&points, bounds, sitting)?;
     let upload = |renderer: &Renderer, parts: &[crate::model::Part]| {
         let tree = renderer.upload(parts)?;
         Ok::<_, crate::Error>(if let Some(growth) = growth { tree.growing(growth) } else { tree })
@@ -108,15 +111,16 @@ pub fn photograph(
     let shot = Shot { toward_sun: sitting.toward_sun, light: sitting.light.clone(), ..Shot::new(camera, size_px) };
 
     let whole = upload(renderer, &tree.parts().cloned().collect::<Vec<_>>())?;
-    let behind = if params.hedge_m > 0.0 { Some(renderer.upload(&hedge::hedge(tree.bounds, &camera, sitting))?) } else { None };
-    let mut stands = vec![stand(&whole)];
-    stands.extend(behind.as_ref().map(stand));
+    let behind = if params.hedge_m > 0.0 { Some(renderer.upload(&hedge::hedge(bounds, &camera, sitting))?) } else { None };
+    let (lifted, here) = ([Instance { position: lift.to_array(), ..Instance::IDENTITY }], [Instance::IDENTITY]);
+    let mut stands = vec![Stand { tree: &whole, instances: &lifted }];
+    stands.extend(behind.as_ref().map(|tree| Stand { tree, instances: &here }));
     let scene = renderer.picture(&shot, &stands)?;
     step();
     let leaves = upload(renderer, &tree.foliage)?;
     let mut alone = |tree: &Tree| {
         let shot = Shot { stage: Stage::Reshaped, background: Background::Alpha, ..shot.clone() };
-        let picture = renderer.picture(&shot, &[stand(tree)])?;
+        let picture = renderer.picture(&shot, &[Stand { tree, instances: &lifted }])?;
         step();
         Ok::<_, crate::Error>(picture)
     };
@@ -135,8 +139,10 @@ pub fn photograph(
 /// How often [`photograph`] calls its `step`.
 pub const STEPS: u64 = 4;
 
-fn stand(tree: &Tree) -> Stand<'_> {
-    Stand { tree, instances: &[Instance::IDENTITY] }
+/// How far a tree must be lifted to stand on the lawn: not at all when its foot is there, give or take some root.
+fn onto_the_ground(tree: Bounds) -> Vec3 {
+    let low = tree.min.y;
+    if low.abs() > 0.05 * tree.size().y { -low * Vec3::Y } else { Vec3::ZERO }
 }
 
 /// As many samples as were asked for, or as many as the device's pictures hold.
