@@ -5,8 +5,11 @@
 //! * cost: the frame with growth against the same frame without, one tree at 1440×810;
 //! * cost per silhouette pixel: at 540 trees that all grow, against 10.
 //!
-//! `cargo bench --bench growth [-- MODEL.glb ADAPTER]`; without a model, `photos/oak.jpg` is modelled first.
+//! `cargo bench --bench growth [-- MODEL.glb ADAPTER]`; without a model, `photos/oak.jpg` is modelled first. Prints its figures and
+//! writes them to `target/render-bench/growth.{md,csv}`, which `make bench` puts into `results/`.
 
+use std::fmt::Write as _;
+use std::path::Path;
 use std::time::Instant;
 
 use glam::{Mat4, Vec3};
@@ -24,6 +27,45 @@ use sphereboard::{Result, Seed};
 const RUNS: usize = 31;
 /// Frames of a grove per measured median.
 const GROVE_RUNS: usize = 11;
+
+/// One figure.
+struct Figure {
+    measured: &'static str,
+    case: String,
+    value: f64,
+    unit: &'static str,
+}
+
+/// All figures so far.
+#[derive(Default)]
+struct Figures(Vec<Figure>);
+
+impl Figures {
+    /// Adds one, and prints it.
+    fn add(&mut self, measured: &'static str, case: impl Into<String>, value: f64, unit: &'static str) {
+        let case = case.into();
+        println!("{measured}, {case}: {value:.3} {unit}");
+        self.0.push(Figure { measured, case, value, unit });
+    }
+
+    /// Writes all of them as a table to read and one to reckon with.
+    fn store(&self, gpu: &Gpu) {
+        let adapter = format!("{}, {} {}", gpu.info.name, gpu.info.driver, gpu.info.driver_info);
+        let mut text = format!("# Growth of outlines\n\n{adapter}\n\n| measured | case | value | unit |\n|---|---|---:|---|\n");
+        let mut rows = "adapter,measured,case,value,unit\n".to_owned();
+        for Figure { measured, case, value, unit } in &self.0 {
+            let _ = writeln!(text, "| {measured} | {case} | {value:.3} | {unit} |");
+            let _ = writeln!(rows, "\"{adapter}\",{measured},\"{case}\",{value:.3},{unit}");
+        }
+        let folder = Path::new("target/render-bench");
+        let written = std::fs::create_dir_all(folder)
+            .and_then(|()| std::fs::write(folder.join("growth.md"), &text))
+            .and_then(|()| std::fs::write(folder.join("growth.csv"), &rows));
+        if let Err(what) = written {
+            eprintln!("the tables could not be written to {}: {what}", folder.display());
+        }
+    }
+}
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
@@ -43,9 +85,12 @@ fn main() -> Result<()> {
     };
     println!("growth: {:?}", model.about.growth);
     let tree = renderer.upload(&model.parts())?.growing(model.about.growth);
-    share_of_the_frame(&mut renderer, &tree)?;
-    cost_per_silhouette_pixel(&mut renderer, &tree)?;
-    flicker(&mut renderer, &tree)
+    let mut figures = Figures::default();
+    share_of_the_frame(&mut renderer, &tree, &mut figures)?;
+    cost_per_silhouette_pixel(&mut renderer, &tree, &mut figures)?;
+    flicker(&mut renderer, &tree, &mut figures)?;
+    figures.store(&renderer.gpu);
+    Ok(())
 }
 
 fn modelled() -> Result<sphereboard::model::TreeModel> {
@@ -72,26 +117,28 @@ fn paper() -> GrowthParams {
     GrowthParams { growth_keys: GrowthKeys::Random, ..GrowthParams::default() }
 }
 
-fn flicker(renderer: &mut Renderer, tree: &Tree) -> Result<()> {
+fn flicker(renderer: &mut Renderer, tree: &Tree, figures: &mut Figures) -> Result<()> {
     let strict = GrowthParams { growth_roots: GrowthRoots::Sides, growth_edges: GrowthEdges::Outer, ..paper() };
-    let ways = [
-        ("whole pixels: unshaped", Stage::Unshaped, params(GrowthChoice::None)),
-        ("whole pixels: steady", Stage::Reshaped, params(GrowthChoice::Auto)),
-        ("whole pixels: random", Stage::Reshaped, paper()),
-        ("whole pixels: random, roots and edges as in the paper", Stage::Reshaped, strict),
-        ("anti-aliased: unshaped", Stage::Antialiased, params(GrowthChoice::None)),
-        ("anti-aliased: steady", Stage::Antialiased, params(GrowthChoice::Auto)),
-        ("anti-aliased: random", Stage::Antialiased, paper()),
-    ];
-    println!("flicker, 120 frames of 0.25°, mean absolute difference in 255ths:");
-    let mut first = f64::NAN;
-    for (name, stage, growth) in ways {
-        let value = flicker_of(renderer, tree, stage, &growth)?;
-        if name.ends_with("unshaped") {
-            first = value;
+    for (pixels, stage) in [("whole pixels", Stage::Reshaped), ("anti-aliased", Stage::Antialiased)] {
+        let mut of = |stage, growth: &GrowthParams| flicker_of(renderer, tree, stage, growth);
+        let bare = if stage == Stage::Reshaped { Stage::Unshaped } else { stage };
+        let unshaped = of(bare, &params(GrowthChoice::None))?;
+        let steady = of(stage, &params(GrowthChoice::Auto))?;
+        let random = of(stage, &paper())?;
+        for (way, value) in [("unshaped", unshaped), ("steady", steady), ("random", random)] {
+            figures.add("flicker", format!("{pixels}: {way}"), value, "255ths");
         }
-        println!("  {name}: {value:.3} ({:.2} × unshaped)", value / first);
+        figures.add("flicker", format!("{pixels}: steady over unshaped"), steady / unshaped, "times");
+        figures.add("flicker", format!("{pixels}: random over unshaped"), random / unshaped, "times");
+        figures.add(
+            "flicker",
+            format!("{pixels}: added by steady over added by random"),
+            (steady - unshaped) / (random - unshaped),
+            "times",
+        );
     }
+    let value = flicker_of(renderer, tree, Stage::Reshaped, &strict)?;
+    figures.add("flicker", "whole pixels: random, roots and edges as in the paper", value, "255ths");
     Ok(())
 }
 
@@ -189,8 +236,7 @@ fn in_turns(renderer: &mut Renderer, stands: &[Stand], shots: [&Shot; 2], runs: 
     }))
 }
 
-fn share_of_the_frame(renderer: &mut Renderer, tree: &Tree) -> Result<()> {
-    println!("one tree, medians of {RUNS} frames taken in turns:");
+fn share_of_the_frame(renderer: &mut Renderer, tree: &Tree, figures: &mut Figures) -> Result<()> {
     let stands = [Stand { tree, instances: &[Instance::IDENTITY] }];
     for (name, size_px, stage, background) in [
         ("360×200, reshaped, black behind", [360, 200], Stage::Reshaped, Background::Black),
@@ -201,13 +247,15 @@ fn share_of_the_frame(renderer: &mut Renderer, tree: &Tree) -> Result<()> {
         let grown = Shot { background, ..shot(tree, 20.0, size_px, stage, params(GrowthChoice::Auto)) };
         let bare = Shot { growth: params(GrowthChoice::None), ..grown.clone() };
         let [with, without] = in_turns(renderer, &stands, [&grown, &bare], RUNS)?;
-        println!("  {name}: {with:.2} ms with growth, {without:.2} ms without: +{:.0} %", 100.0 * (with / without - 1.0));
+        figures.add("frame", format!("{name}, with growth"), with, "ms");
+        figures.add("frame", format!("{name}, without"), without, "ms");
+        figures.add("frame", format!("{name}, growth adds"), 100.0 * (with / without - 1.0), "%");
     }
     Ok(())
 }
 
 /// Trees in rows, seen from above, each as tall in the picture as `rows` rows allow.
-fn cost_per_silhouette_pixel(renderer: &mut Renderer, tree: &Tree) -> Result<()> {
+fn cost_per_silhouette_pixel(renderer: &mut Renderer, tree: &Tree, figures: &mut Figures) -> Result<()> {
     let height_m = tree.bounds().expect("a tree").size().y;
     let mut per_pixel = vec![];
     for (count, across) in [(10, 4), (540, 30)] {
@@ -227,10 +275,11 @@ fn cost_per_silhouette_pixel(renderer: &mut Renderer, tree: &Tree) -> Result<()>
         let [with, without] = in_turns(renderer, &stands, [&grown, &bare], GROVE_RUNS)?;
         let pixels = silhouette_px(&renderer.picture(&bare, &stands)?, 0.2 * height_m);
         let nanoseconds = (with - without) * 1e6 / pixels as f64;
-        println!("{count} trees: {:.2} ms of growth, {pixels} silhouette pixels, {nanoseconds:.0} ns each", with - without);
+        println!("{count} trees: {:.2} ms of growth, {pixels} silhouette pixels", with - without);
+        figures.add("cost per silhouette pixel", format!("{count} trees"), nanoseconds, "ns");
         per_pixel.push(nanoseconds);
     }
-    println!("  540 trees against 10: {:.2} times as much per silhouette pixel", per_pixel[1] / per_pixel[0]);
+    figures.add("cost per silhouette pixel", "540 trees over 10", per_pixel[1] / per_pixel[0], "times");
     Ok(())
 }
 

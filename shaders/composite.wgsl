@@ -1,9 +1,10 @@
 // The trees' temporary picture into the frame, by depth (She §3.4): the depth test of the pipeline keeps what is nearer. Only the
 // tiles that trees touch are drawn.
 #import shared/outline
+#import shared/tile
 
-@group(0) @binding(1) var tree_color: texture_2d<f32>;
-@group(0) @binding(2) var<storage, read> tiles: array<u32>;
+@group(1) @binding(1) var tree_color: texture_2d<f32>;
+@group(1) @binding(2) var<storage, read> tiles: array<u32>;
 
 struct Seen {
     @builtin(position) position: vec4f,
@@ -11,9 +12,8 @@ struct Seen {
 
 @vertex
 fn vs_main(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Seen {
-    let tile = vec2u(tiles[instance] & 0xffffu, tiles[instance] >> 16u);
     let corner = vec2u(vertex & 1u, vertex >> 1u);
-    let at = vec2f((tile + corner) * 16u) / vec2f(textureDimensions(tree_depth));
+    let at = vec2f(tile_corner(tiles[instance]) + corner * TILE_PX) / vec2f(textureDimensions(tree_depth));
     return Seen(vec4f(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y, 0.0, 1.0));
 }
 

@@ -2,6 +2,8 @@
 // detect roots -> plan -> nearest depth per grown pixel -> settle ties -> emit winners as points -> forget.
 // Every decision is made in whole numbers, so that the CPU twin (render::growth_twin) makes the same.
 #import shared/id
+#import shared/tile
+#import shared/grown
 
 // Mirrors gpu::layout::GrowthFrame.
 struct GrowthFrame {
@@ -20,13 +22,12 @@ struct GrowthFrame {
     frame: u32,
     // 1: pixels with two background neighbours beside each other are roots too.
     corners: u32,
-    pad: u32,
+    tile_count: u32,
     // No crown takes for background what is nearer than its own depth · x − y: a quick test that spares the exact one.
     alike: vec2f,
-    root_limit: u32,
-    grown_limit: u32,
 }
 
+// Mirrors gpu::layout::Counts.
 struct Counts {
     // The first four are the arguments of the points' indirect draw.
     grown: atomic<u32>,
@@ -36,33 +37,33 @@ struct Counts {
     roots: atomic<u32>,
 }
 
-struct Grown {
-    pixel: u32,
-    depth: f32,
-    red_green: u32,
-    blue_coverage: u32,
-}
-
 @group(0) @binding(0) var<storage, read> growth: GrowthFrame;
-@group(0) @binding(1) var<storage, read> crowns: array<GrowingCrown>;
-@group(0) @binding(2) var<storage, read> limbs: array<u32>;
-@group(0) @binding(3) var<storage, read> tiles: array<u32>;
-@group(0) @binding(4) var tree_color: texture_2d<f32>;
-@group(0) @binding(5) var tree_depth: texture_depth_2d;
-@group(0) @binding(6) var tree_id: texture_2d<u32>;
-@group(0) @binding(7) var<storage, read_write> counts: Counts;
-// x: pixel x | y << 16; y: length in sixteenths of a pixel | sides << 16.
-@group(0) @binding(8) var<storage, read_write> roots: array<vec2u>;
-@group(0) @binding(9) var<storage, read_write> nearest: array<atomic<u32>>;
-@group(0) @binding(10) var<storage, read_write> keys: array<atomic<u32>>;
-@group(0) @binding(11) var<storage, read_write> grown: array<Grown>;
-@group(0) @binding(12) var depth_sampler: sampler;
-@group(1) @binding(0) var<storage, read_write> plan: array<u32, 3>;
+@group(0) @binding(1) var tree_color: texture_2d<f32>;
+@group(0) @binding(2) var tree_depth: texture_depth_2d;
+@group(0) @binding(3) var<storage, read_write> counts: Counts;
+// x: pixel x | y << 16; y: length in sixteenths of a pixel | sides << 16. Room for all pixels, of which each is a root once at most.
+@group(0) @binding(4) var<storage, read_write> roots: array<vec2u>;
+// What finds roots. Each step has a group of its own, so that none needs more than the eight storage buffers that every adapter has.
+@group(1) @binding(0) var<storage, read> crowns: array<GrowingCrown>;
+@group(1) @binding(1) var<storage, read> limbs: array<u32>;
+@group(1) @binding(2) var<storage, read> tiles: array<u32>;
+@group(1) @binding(3) var tree_id: texture_2d<u32>;
+@group(1) @binding(4) var depth_sampler: sampler;
+// What plans the walks along their growths.
+@group(2) @binding(0) var<storage, read_write> plan: array<u32, 3>;
+// What the walks fill; each pixel grows once at most.
+@group(3) @binding(0) var<storage, read_write> nearest: array<atomic<u32>>;
+@group(3) @binding(1) var<storage, read_write> keys: array<atomic<u32>>;
+@group(3) @binding(2) var<storage, read_write> places: array<GrownPlace>;
+@group(3) @binding(3) var<storage, read_write> colors: array<GrownColor>;
 
-// Longest growth, sixteenths of a pixel.
-const LONGEST: f32 = 496.0;
+// Bits of the longest growth in pixels, and that in sixteenths.
+const LENGTH_BITS: u32 = {LENGTH_BITS};
+const LONGEST: f32 = f32(16u * ((1u << LENGTH_BITS) - 1u));
 const NO_ROOT: u32 = 8u;
-const ROOTS_PER_GROUP: u32 = 64u;
+const ROOTS_PER_GROUP: u32 = {ROOTS_PER_GROUP};
+// Invocations along each side of a tile.
+const TILE_SIDE: u32 = TILE_PX / 2u;
 // Facing up to which an outline grows in full, and what each step beyond takes off, of 64.
 const FACING_FULL: u32 = 26u;
 const FACING_LOSS: u32 = 3u;
@@ -180,14 +181,13 @@ fn axis_of(open: u32) -> u32 {
 
 // Each invocation looks at 2×2 pixels: four gathers bring them with their neighbours. Beyond the picture's edge a pixel is its own
 // neighbour.
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(TILE_SIDE, TILE_SIDE)
 fn cs_main_detect(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_id) local: vec3u) {
     let number = group.y * groups.x + group.x;
-    if number >= arrayLength(&tiles) {
+    if number >= growth.tile_count {
         return;
     }
-    let tile = tiles[number];
-    let at = vec2i(vec2u(tile & 0xffffu, tile >> 16u) * 16u + 2u * local.xy);
+    let at = vec2i(tile_corner(tiles[number]) + 2u * local.xy);
     if !in_picture(at) {
         return;
     }
@@ -229,15 +229,12 @@ fn detect(at: vec2i, near: f32, beside: vec4f) {
     if length + growth.tips * 15u < 16u {
         return;
     }
-    let index = atomicAdd(&counts.roots, 1u);
-    if index < growth.root_limit {
-        roots[index] = vec2u(u32(at.x) | (u32(at.y) << 16u), length | (growing.y << 16u));
-    }
+    roots[atomicAdd(&counts.roots, 1u)] = vec2u(u32(at.x) | (u32(at.y) << 16u), length | (growing.y << 16u));
 }
 
 @compute @workgroup_size(1)
 fn cs_main_plan() {
-    let groups = (min(atomicLoad(&counts.roots), growth.root_limit) + ROOTS_PER_GROUP - 1u) / ROOTS_PER_GROUP;
+    let groups = (atomicLoad(&counts.roots) + ROOTS_PER_GROUP - 1u) / ROOTS_PER_GROUP;
     plan[0] = min(groups, 32768u);
     plan[1] = (groups + 32767u) / 32768u;
     plan[2] = 1u;
@@ -256,7 +253,7 @@ struct Path {
 // The growth of the root that an invocation has to walk; of no pixels where there is none.
 fn path_of(group: vec3u, groups: vec3u, local: u32) -> Path {
     let index = (group.y * groups.x + group.x) * ROOTS_PER_GROUP + local;
-    if index >= min(atomicLoad(&counts.roots), growth.root_limit) {
+    if index >= atomicLoad(&counts.roots) {
         return Path();
     }
     let root = roots[index];
@@ -272,8 +269,9 @@ fn index_of(at: vec2i) -> u32 {
 
 // Greater wins: fewer steps from the root, then the lower root. Never 0, which stands for none.
 fn key_of(path: Path, i: i32) -> u32 {
-    let back = vec2u(vec2i(32) - offset_of(path.sides, i));
-    return 0x40000u - ((u32(i) << 12u) | (back.y << 6u) | back.x);
+    let bits = LENGTH_BITS + 1u;
+    let back = vec2u(vec2i(1 << LENGTH_BITS) - offset_of(path.sides, i));
+    return 0xffffffffu - ((u32(i) << (2u * bits)) | (back.y << bits) | back.x);
 }
 
 // What pixel `i` of a path weighs where growths meet: whole pixels before tips, then the nearer.
@@ -281,7 +279,7 @@ fn rank_of(path: Path, i: i32) -> u32 {
     return path.depth | select(0u, 0x80000000u, u32(i) * 16u <= path.length);
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(ROOTS_PER_GROUP)
 fn cs_main_nearest(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) local: u32) {
     let path = path_of(group, groups, local);
     for (var i = 1; i <= path.count; i++) {
@@ -289,7 +287,7 @@ fn cs_main_nearest(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups)
     }
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(ROOTS_PER_GROUP)
 fn cs_main_settle(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) local: u32) {
     let path = path_of(group, groups, local);
     for (var i = 1; i <= path.count; i++) {
@@ -300,7 +298,7 @@ fn cs_main_settle(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) 
     }
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(ROOTS_PER_GROUP)
 fn cs_main_emit(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) local: u32) {
     let path = path_of(group, groups, local);
     let color = textureLoad(tree_color, path.root, 0);
@@ -311,16 +309,14 @@ fn cs_main_emit(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) gr
             continue;
         }
         let slot = atomicAdd(&counts.grown, 1u);
-        if slot < growth.grown_limit {
-            let coverage = f32(min(path.length - u32(i - 1) * 16u, 16u)) / 16.0;
-            let pixel = u32(at.x) | (u32(at.y) << 16u);
-            grown[slot] = Grown(pixel, bitcast<f32>(path.depth), pack2x16float(color.rg), pack2x16float(vec2f(color.b, coverage)));
-        }
+        let coverage = f32(min(path.length - u32(i - 1) * 16u, 16u)) / 16.0;
+        places[slot] = GrownPlace(u32(at.x) | (u32(at.y) << 16u), bitcast<f32>(path.depth));
+        colors[slot] = GrownColor(pack2x16float(color.rg), pack2x16float(vec2f(color.b, coverage)));
     }
 }
 
 // What was touched is made clean, so that the next frame need not clear everything.
-@compute @workgroup_size(64)
+@compute @workgroup_size(ROOTS_PER_GROUP)
 fn cs_main_forget(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) local: u32) {
     let path = path_of(group, groups, local);
     for (var i = 1; i <= path.count; i++) {

@@ -7,7 +7,7 @@
 #import shared/sky
 
 // gpu::layout::Frame::background where there is air to see through.
-const SKY: u32 = 0u;
+const SKY: u32 = {SKY};
 
 // Crowns near enough to grow, by slot.
 @group(0) @binding(8) var<storage, read> crowns: array<GrowingCrown>;
@@ -54,16 +54,15 @@ fn openness(from_center: vec3f) -> f32 {
 }
 
 fn lit(albedo: vec3f, seen: Seen, n: vec3f) -> vec3f {
-    let toward_eye = normalize(frame.eye - seen.world);
     var sun = vec3f(0.0);
     if material.foliage > 0.0 {
         let reach = select(0.1 * material.tree_height_m, min(material.crown_reach.x, material.crown_reach.y), material.grows != 0u);
-        sun = sun_on_foliage(n, toward_eye) * sun_through_leaves(seen.world, 0.3 * reach);
+        sun = sun_on_foliage(n, toward_eye(seen.world)) * sun_through_leaves(seen.world, 0.3 * reach);
     } else {
         sun = sun_on_face(n) * sun_on_solid(seen.world + 2.0 * frame.shadow_texel_m * n, 0.0);
     }
     let color = albedo * (sun + ambient(n) * openness(seen.from_center));
-    return held(select(color, through_air(color, frame.eye, seen.world), frame.background == SKY));
+    return held(select(color, through_air(color, eye_of(seen.world), seen.world), frame.background == SKY));
 }
 
 struct Drawn {
@@ -92,6 +91,5 @@ fn id_of(seen: Seen) -> u32 {
         return 0u;
     }
     let slot = seen.slot + material.grows - 1u;
-    let toward_eye = normalize(frame.eye - seen.world);
-    return crown_id(slot, crowns[slot], seen.from_center, abs(dot(normalize(seen.normal), toward_eye)));
+    return crown_id(slot, crowns[slot], seen.from_center, abs(dot(normalize(seen.normal), toward_eye(seen.world))));
 }

@@ -126,6 +126,19 @@ fn segment_writes_masks_of_the_photographs_size() {
 }
 
 #[test]
+fn many_photographs_and_one_renderer_do_not_wait_for_each_other() {
+    let place = Place::new();
+    let names = ["oak", "lime", "lime_evening", "birch", "spruce", "juniper"];
+    let photos = names.map(|name| OAK.replace("oak", name));
+    let out = place.out();
+    let mut command = Command::cargo_bin("sphereboard").unwrap();
+    command.args(["model", "--detail", "low", "--texture-size", "256", "--threads", "2", "--out"]).arg(&out).args(photos);
+    let output = command.timeout(std::time::Duration::from_secs(240)).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(names.iter().all(|name| out.join(format!("{name}.glb")).exists()));
+}
+
+#[test]
 fn one_failure_does_not_stop_the_others() {
     let place = Place::new();
     let bad = place.file("bad.jpg", b"not a picture");

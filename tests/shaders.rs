@@ -57,6 +57,39 @@ fn every_file_of_the_shader_folder_is_in_the_table_and_every_shared_piece_is_use
     assert!(assemble("no_such_pass").is_err());
 }
 
+#[test]
+fn shaders_take_every_shared_number_from_rust() {
+    for (name, value) in layout::SHARED_NUMBERS {
+        let line = format!("const {name}: u32 = {{{name}}};");
+        let user = SHADERS.iter().find(|(_, text)| text.contains(&line)).unwrap_or_else(|| panic!("no shader asks for {name}"));
+        let pass = passes().find(|pass| assemble(pass).unwrap().contains(&format!("const {name}: u32 = {value}u;")));
+        assert!(pass.is_some(), "{} is in no pass", user.0);
+    }
+    // So far nothing else stands in braces by itself.
+    assert!(passes().all(|pass| !assemble(pass).unwrap().contains(" = {")));
+}
+
+#[test]
+fn no_step_of_growth_needs_more_storage_buffers_than_every_adapter_has() {
+    let module = parsed("growth");
+    let checked = Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).unwrap();
+    let buffers = |groups: &[u32]| {
+        let bound = module.global_variables.iter().filter(|(_, v)| v.binding.as_ref().is_some_and(|b| groups.contains(&b.group)));
+        bound.filter(|(_, v)| matches!(v.space, naga::AddressSpace::Storage { .. })).count()
+    };
+    for (i, entry) in module.entry_points.iter().enumerate() {
+        let info = checked.get_entry_point(i);
+        let mut used: Vec<u32> = module
+            .global_variables
+            .iter()
+            .filter(|(v, _)| !info[*v].is_empty())
+            .filter_map(|(_, v)| Some(v.binding.as_ref()?.group))
+            .collect();
+        used.dedup();
+        assert!(buffers(&used) <= 8, "{} binds {} storage buffers", entry.name, buffers(&used));
+    }
+}
+
 /// A struct of Rust: its size and each field's name, offset and size. Naming a field that is not there, or leaving one out, does not
 /// compile.
 macro_rules! rust_struct {
@@ -93,6 +126,8 @@ fn rust_structs() -> Vec<Layout> {
             lean,
             flutter_m,
             sun_depth_m,
+            backward,
+            layer,
         }),
         rust_struct!(GrowthFrame {
             size_px,
@@ -104,11 +139,12 @@ fn rust_structs() -> Vec<Layout> {
             random,
             frame,
             corners,
-            pad,
+            tile_count,
             alike,
-            root_limit,
-            grown_limit,
         }),
+        rust_struct!(Counts { grown, instances, first_vertex, first_instance, roots }),
+        rust_struct!(GrownPlace { pixel, depth }),
+        rust_struct!(GrownColor { red_green, blue_coverage }),
         rust_struct!(GrowingCrown { limb_x, min_units, limb_y, max_units, gap_m, first, count, pad }),
         rust_struct!(Material { factor, crown_center, alpha_cutoff, grows, two_sided, crown_reach, tree_height_m, foliage, pad }),
     ]

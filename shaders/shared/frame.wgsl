@@ -18,11 +18,14 @@ struct Frame {
     lean: vec2f,
     flutter_m: f32,
     sun_depth_m: f32,
+    backward: vec3f,
+    // Parallel projection: what is deeper by so much is another layer. In perspective 0.
+    layer: f32,
 }
 
 // Values of shading.
-const LIT: u32 = 1u;
-const NORMALS: u32 = 2u;
+const LIT: u32 = {LIT};
+const NORMALS: u32 = {NORMALS};
 
 // Storage, here and in every other shader, not uniform: where a branch asks for a uniform, Mesa's software driver (22.3) makes the shader
 // anew in every frame, and keeps the old ones, a megabyte each.
@@ -32,4 +35,14 @@ const NORMALS: u32 = 2u;
 fn unproject(ndc: vec2f, depth: f32) -> vec3f {
     let p = frame.world_from_clip * vec4f(ndc, depth, 1.0);
     return p.xyz / p.w;
+}
+
+// From where a point is seen: the eye, in parallel projection its own place in the viewer's plane.
+fn eye_of(world: vec3f) -> vec3f {
+    return select(frame.eye, world + dot(frame.eye - world, frame.backward) * frame.backward, frame.layer > 0.0);
+}
+
+// Towards that, unit length.
+fn toward_eye(world: vec3f) -> vec3f {
+    return select(normalize(frame.eye - world), frame.backward, frame.layer > 0.0);
 }

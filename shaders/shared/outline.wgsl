@@ -1,11 +1,13 @@
 // Where the outline of the trees really runs between their pixels: morphological anti-aliasing (Reshetov 2009) of the depth buffer. Along
 // each straight run of the outline a line is drawn from half a pixel above or below its one end over its middle to the other; what
 // lies between the line and the run is gained or lost. Thin twigs stay thin: a straight run loses nothing.
-@group(0) @binding(0) var tree_depth: texture_depth_2d;
+#import shared/frame
+
+@group(1) @binding(0) var tree_depth: texture_depth_2d;
 
 // How far along a run to look for its ends, pixels.
 const REACH: i32 = 6;
-// What is so many times as far away is another layer.
+// What is so many times as far away is another layer; in parallel projection, what is deeper by frame.layer.
 const LAYER: f32 = 1.02;
 
 // The neighbours R, T, L, B; y runs down.
@@ -21,7 +23,7 @@ fn depth_of(at: vec2i) -> f32 {
 }
 
 fn is_before(near: f32, far: f32) -> bool {
-    return near > LAYER * far;
+    return near > select(LAYER * far, far + frame.layer, frame.layer > 0.0 && far > 0.0);
 }
 
 struct End {

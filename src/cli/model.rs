@@ -128,7 +128,10 @@ impl Settings {
             hints: HintOptions::read(matches, photos)?,
             seed: Seed(options::whole(matches, "seed", 0..=u64::MAX)?.expect("clap gives the default")),
             debug_dir: matches.get_one("debug-dir").cloned(),
-            previews: (!matches.get_flag("no-preview")).then(|| Previews::new(look::adapter(matches))),
+            previews: match matches.get_flag("no-preview") {
+                true => None,
+                false => Some(Previews::new(look::adapter(matches))?),
+            },
             batch,
             decode,
         })
@@ -162,7 +165,7 @@ impl Settings {
         stages_ms.extend(&run.stages_ms);
 
         let previewing = Instant::now();
-        let preview = match self.previews.as_ref().map(|previews| previews.draw(&run.model)) {
+        let preview = match self.previews.as_ref().map(|previews| previews.draw(run.model.clone())) {
             Some(Ok(picture)) => Some((self.batch.path(job, ".preview.png"), png(&picture)?)),
             Some(Err(cause)) => {
                 run.warnings.push(Warning::new("no-preview", format!("no preview was drawn, the model is whole: {cause}")));

@@ -1,6 +1,7 @@
 //! Buffers with something in them.
 
 use super::Gpu;
+use crate::Result;
 
 /// A buffer that holds `contents`, a whole number of 4-byte words. Through the queue: wgpu's own `create_buffer_init` maps the new
 /// buffer, and panics where the device was lost or memory ran out.
@@ -15,4 +16,69 @@ pub fn upload_buffer(gpu: &Gpu, label: &'static str, contents: &[u8], usage: wgp
         gpu.queue.write_buffer(&buffer, 0, contents);
     }
     buffer
+}
+
+/// A buffer that is filled anew in every frame, and made anew only when it has become too small.
+#[derive(Debug)]
+pub struct KeptBuffer {
+    label: &'static str,
+    usage: wgpu::BufferUsages,
+    buffer: wgpu::Buffer,
+}
+
+impl KeptBuffer {
+    /// A small one.
+    pub fn new(gpu: &Gpu, label: &'static str, usage: wgpu::BufferUsages) -> Self {
+        Self { label, usage, buffer: upload_buffer(gpu, label, &[0; 256], usage) }
+    }
+
+    /// Puts `contents`, a whole number of 4-byte words, at its beginning. Gives whether that took another buffer: whatever binds the old
+    /// one has to be made anew then.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) when there is no room for them; the old buffer stays.
+    pub fn fill(&mut self, gpu: &Gpu, contents: &[u8]) -> Result<bool> {
+        let needed = contents.len() as u64;
+        let grows = needed > self.buffer.size();
+        if grows {
+            let descriptor = wgpu::BufferDescriptor {
+                label: Some(self.label),
+                size: needed.next_power_of_two(),
+                usage: self.usage | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            };
+            self.buffer = gpu.guarded(|| gpu.device.create_buffer(&descriptor))?;
+        }
+        if needed > 0 {
+            gpu.queue.write_buffer(&self.buffer, 0, contents);
+        }
+        Ok(grows)
+    }
+
+    /// The buffer as it is now.
+    pub fn get(&self) -> &wgpu::Buffer {
+        &self.buffer
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{read_buffer, testing::software_gpu};
+
+    #[test]
+    fn a_kept_buffer_is_made_anew_only_when_it_is_too_small() {
+        let Some(gpu) = software_gpu() else { return };
+        let mut kept = KeptBuffer::new(&gpu, "test", wgpu::BufferUsages::COPY_SRC);
+        let filled = |kept: &mut KeptBuffer, byte: u8, count: usize| {
+            let anew = kept.fill(&gpu, &vec![byte; count]).unwrap();
+            assert!(read_buffer(&gpu, kept.get()).unwrap()[..count].iter().all(|b| *b == byte));
+            anew
+        };
+        assert_eq!(
+            [64, 1000, 4, 1024, 1028, 0].map(|count| filled(&mut kept, count as u8 ^ 7, count)),
+            [false, true, false, false, true, false]
+        );
+        assert!(kept.fill(&gpu, &[1; 4]).is_ok());
+    }
 }

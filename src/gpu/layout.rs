@@ -2,6 +2,32 @@
 
 use bytemuck::{Pod, Zeroable};
 
+/// Numbers that shaders and Rust both reckon with, by the name in braces that they stand for in a shader's text.
+pub const SHARED_NUMBERS: &[(&str, u32)] = &[
+    ("LIT", Frame::LIT),
+    ("NORMALS", Frame::NORMALS),
+    ("SKY", Frame::SKY),
+    ("TILE_PX", TILE_PX),
+    ("PLACE_BITS", PLACE_BITS),
+    ("FACING_BITS", FACING_BITS),
+    ("GROWN", GROWN),
+    ("LENGTH_BITS", LENGTH_BITS),
+    ("ROOTS_PER_GROUP", ROOTS_PER_GROUP),
+];
+
+/// Side of a tile of the picture, pixels.
+pub const TILE_PX: u32 = 16;
+/// Bits of the id target that hold the place round the limb.
+pub const PLACE_BITS: u32 = 14;
+/// Bits above those, which hold how far a surface faces the viewer; above them is the slot of the crown.
+pub const FACING_BITS: u32 = 6;
+/// What the id target has where a pixel has grown, beside its coverage in sixteenths.
+pub const GROWN: u32 = 0x100;
+/// Bits for the longest growth in pixels: 255 of them. With an offset of one bit more each way it fits a word.
+pub const LENGTH_BITS: u32 = 8;
+/// Roots that a workgroup walks.
+pub const ROOTS_PER_GROUP: u32 = 64;
+
 /// What every pass knows of the frame: WGSL `Frame`, at group 0, binding 0.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -42,6 +68,10 @@ pub struct Frame {
     pub flutter_m: f32,
     /// Metres from depth 1 to depth 0 of the sun's shadow map.
     pub sun_depth_m: f32,
+    /// Away from what is seen, unit length.
+    pub backward: [f32; 3],
+    /// Parallel projection: what is deeper by so much is another layer to the smoothing of outlines. In perspective 0.
+    pub layer: f32,
 }
 
 impl Frame {
@@ -51,6 +81,8 @@ impl Frame {
     pub const LIT: u32 = 1;
     /// Which way they face: red right, green up, blue towards +Z.
     pub const NORMALS: u32 = 2;
+    /// The [`Background`](crate::render::Background) with air to see through.
+    pub const SKY: u32 = 0;
 }
 
 /// What one part's surface is made of: WGSL `Material`.
@@ -99,14 +131,47 @@ pub struct GrowthFrame {
     pub frame: u32,
     /// 1: pixels with two background neighbours beside each other are roots too.
     pub corners: u32,
-    /// Unused, aligns what follows.
-    pub pad: u32,
+    /// How many tiles to look at.
+    pub tile_count: u32,
     /// No crown takes for background what is nearer than its own depth · x − y: a quick test that spares the exact one.
     pub alike: [f32; 2],
-    /// How many roots there is room for.
-    pub root_limit: u32,
-    /// How many grown pixels there is room for.
-    pub grown_limit: u32,
+}
+
+/// How much a frame has grown so far: WGSL `Counts`. The first four are the arguments of the indirect draw of the grown pixels.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Counts {
+    /// Grown pixels.
+    pub grown: u32,
+    /// 1.
+    pub instances: u32,
+    /// 0.
+    pub first_vertex: u32,
+    /// 0.
+    pub first_instance: u32,
+    /// Roots.
+    pub roots: u32,
+}
+
+/// Where a grown pixel is: WGSL `GrownPlace`. What it shows is in a buffer of its own, since the smallest limit on a buffer is what
+/// limits the picture.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct GrownPlace {
+    /// Column | row << 16.
+    pub pixel: u32,
+    /// Of its root.
+    pub depth: f32,
+}
+
+/// What a grown pixel shows: WGSL `GrownColor`, 16-bit floats.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct GrownColor {
+    /// Of its root, linear.
+    pub red_green: u32,
+    /// The last of its colours, and how much of it is covered.
+    pub blue_coverage: u32,
 }
 
 /// One crown that is near enough to grow: WGSL `GrowingCrown`, in a storage buffer.

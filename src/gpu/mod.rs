@@ -14,7 +14,7 @@ mod texture;
 mod timing;
 
 pub use adapter::{AdapterChoice, Gpu, instance};
-pub use buffer::upload_buffer;
+pub use buffer::{KeptBuffer, upload_buffer};
 pub use readback::{read_buffer, read_texture};
 pub use shader::{SHADERS, Shader, assemble};
 pub use survey::{Found, survey};

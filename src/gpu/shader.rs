@@ -1,14 +1,19 @@
-//! Shaders: one text per pass, with shared pieces pulled in by `#import <name>`, each once (textual, as a C header with guards).
+//! Shaders: one text per pass, with shared pieces pulled in by `#import <name>`, each once (textual, as a C header with guards), and
+//! numbers of Rust where their names stand in braces: `const TILE_PX: u32 = {TILE_PX};`. Text, not pipeline constants, since Mesa's
+//! software driver makes a shader anew for each use of those.
 
 use std::collections::BTreeSet;
 
 use super::Gpu;
+use super::layout::SHARED_NUMBERS;
 
 /// Every WGSL text of `shaders/`, by path without the extension. Embedded, so that the program is one file.
 pub const SHADERS: &[(&str, &str)] = &[
     ("shared/frame", include_str!("../../shaders/shared/frame.wgsl")),
     ("shared/screen", include_str!("../../shaders/shared/screen.wgsl")),
+    ("shared/tile", include_str!("../../shaders/shared/tile.wgsl")),
     ("shared/id", include_str!("../../shaders/shared/id.wgsl")),
+    ("shared/grown", include_str!("../../shaders/shared/grown.wgsl")),
     ("shared/outline", include_str!("../../shaders/shared/outline.wgsl")),
     ("growth", include_str!("../../shaders/growth.wgsl")),
     ("grown", include_str!("../../shaders/grown.wgsl")),
@@ -37,14 +42,14 @@ impl Shader {
     }
 }
 
-/// The text of a shader with its imports in place.
+/// The text of a shader with its imports and numbers in place.
 ///
 /// # Errors
 /// The name that is in no row of [`SHADERS`].
 pub fn assemble(name: &str) -> Result<String, String> {
     let mut text = String::new();
     include(name, &mut BTreeSet::new(), &mut text)?;
-    Ok(text)
+    Ok(SHARED_NUMBERS.iter().fold(text, |text, (name, value)| text.replace(&format!("{{{name}}}"), &format!("{value}u"))))
 }
 
 fn include(name: &str, seen: &mut BTreeSet<String>, out: &mut String) -> Result<(), String> {

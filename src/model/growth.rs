@@ -57,6 +57,8 @@ const DEPTH: (f64, f64) = (0.015, 0.05);
 /// Qmax over the measured depth: twigs grow half as far on average as the longest.
 const LONGEST: f64 = 1.5;
 const SPACING: (f64, f64) = (0.01, 0.04);
+/// No tree is so tall that its twigs are this long or this far apart.
+const MOST_M: f64 = 100.0;
 
 impl Growth {
     /// Of a tree of which a photograph shows the outline.
@@ -77,7 +79,7 @@ impl Growth {
     /// Whether a renderer can work with it.
     pub(super) fn is_sound(&self) -> bool {
         let lengths = [self.min_m, self.max_m, self.spacing_m];
-        lengths.iter().all(|length| length.is_finite() && *length >= 0.0) && self.min_m <= self.max_m && self.spacing_m > 0.0
+        lengths.iter().all(|length| (0.0..=MOST_M).contains(length)) && self.min_m <= self.max_m && self.spacing_m > 0.0
     }
 
     /// What is likely for a tree of which nothing more is known, `height_m` tall.
@@ -87,5 +89,21 @@ impl Growth {
             GrowthProfile::Broadleaf => (0.003, 0.022, 0.025),
         };
         Self { profile, min_m: min * height_m, max_m: max * height_m, spacing_m: spacing * height_m }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_that_no_tree_has_are_not_sound() {
+        let sound = Growth::likely(GrowthProfile::Needle, 20.0);
+        assert!(sound.is_sound());
+        for wrong in [f64::NAN, f64::INFINITY, -0.1, 1e8, 1e30] {
+            assert!(!Growth { max_m: wrong, ..sound }.is_sound(), "{wrong}");
+            assert!(!Growth { spacing_m: wrong, ..sound }.is_sound(), "{wrong}");
+        }
+        assert!(!Growth { min_m: 2.0, max_m: 1.0, ..sound }.is_sound() && !Growth { spacing_m: 0.0, ..sound }.is_sound());
     }
 }

@@ -137,7 +137,9 @@ impl TreeModel {
             return Err("a number about the model is not finite".to_owned());
         }
         if !about.growth.is_sound() {
-            return Err("the lengths of its growth are not finite, negative or the wrong way round".to_owned());
+            return Err(
+                "the lengths of its growth are not within 0 to 100 m, or its shortest is longer than its longest".to_owned()
+            );
         }
         Ok(())
     }

@@ -23,6 +23,21 @@ pub enum Projection {
     },
 }
 
+/// Smoothed outlines lie where the distance grows by this share; `shaders/shared/outline.wgsl` has the same for perspective.
+const LAYER: f32 = 0.02;
+
+impl Projection {
+    /// Parallel: the difference of depth that a layer makes, as it is seen in perspective from where the picture just fits. Perspective: 0.
+    pub fn layer(&self) -> f32 {
+        match *self {
+            Self::Perspective { .. } => 0.0,
+            Self::Orthographic { half_height_m, near_m, far_m } => {
+                LAYER * half_height_m / (0.5 * FOV_Y_RAD).tan() / (far_m - near_m)
+            }
+        }
+    }
+}
+
 /// A viewer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {

@@ -2,7 +2,8 @@
 //! (fig. 15 d). Only the tiles that trees touch are drawn.
 
 use super::targets::{COLOR, Targets, color_attachment, depth_attachment, nearer};
-use crate::gpu::{Gpu, Shader, upload_buffer};
+use crate::Result;
+use crate::gpu::{Gpu, KeptBuffer, Shader};
 use crate::raster::{to_linear, to_srgb};
 
 /// Composites by depth.
@@ -12,15 +13,18 @@ pub struct Composite {
     hard: wgpu::RenderPipeline,
     smooth: wgpu::RenderPipeline,
     fringe: wgpu::RenderPipeline,
+    tiles: KeptBuffer,
+    /// Of the tiles and targets as they are.
+    group: Option<wgpu::BindGroup>,
 }
 
 impl Composite {
     /// Compiles its pipelines.
-    pub fn new(gpu: &Gpu) -> Self {
+    pub fn new(gpu: &Gpu, frame: &wgpu::BindGroupLayout) -> Self {
         let layout = layout(gpu);
         let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("composite.layout"),
-            bind_group_layouts: &[Some(&layout)],
+            bind_group_layouts: &[Some(frame), Some(&layout)],
             immediate_size: 0,
         });
         let shader = Shader::load(gpu, "composite");
@@ -52,39 +56,65 @@ impl Composite {
             hard: pipeline("composite.hard", "fs_main", None, true),
             smooth: pipeline("composite.smooth", "fs_main_smooth", over, true),
             fringe: pipeline("composite.fringe", "fs_main_fringe", over, false),
+            tiles: KeptBuffer::new(gpu, "composite.tiles", wgpu::BufferUsages::STORAGE),
+            group: None,
             layout,
         }
     }
 
+    /// Drops what belongs to targets that there will be no more.
+    pub fn forget_targets(&mut self) {
+        self.group = None;
+    }
+
     /// Draws the trees over the frame in the given tiles, with smooth outlines or whole pixels. Where nothing stood behind, the frame's
     /// colour is premultiplied afterwards.
-    pub fn draw(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, targets: &Targets, tiles: &[u32], smooth: bool) {
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) when memory runs out.
+    pub fn draw(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &wgpu::BindGroup,
+        targets: &Targets,
+        tiles: &[u32],
+        smooth: bool,
+    ) -> Result<()> {
         if tiles.is_empty() {
-            return;
+            return Ok(());
         }
-        let buffer = upload_buffer(gpu, "composite.tiles", bytemuck::cast_slice(tiles), wgpu::BufferUsages::STORAGE);
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("composite.group"),
-            layout: &self.layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&targets.tree_depth.view) },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&targets.tree_color.view) },
-                wgpu::BindGroupEntry { binding: 2, resource: buffer.as_entire_binding() },
-            ],
-        });
+        if self.tiles.fill(gpu, bytemuck::cast_slice(tiles))? {
+            self.group = None;
+        }
+        let group = &*self.group.get_or_insert_with(|| bound(gpu, &self.layout, targets, self.tiles.get()));
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("composite"),
             color_attachments: &[color_attachment(&targets.frame_color, None)],
             depth_stencil_attachment: Some(depth_attachment(&targets.frame_depth, false)),
             ..Default::default()
         });
-        pass.set_bind_group(0, &group, &[]);
+        pass.set_bind_group(0, frame, &[]);
+        pass.set_bind_group(1, group, &[]);
         let pipelines: &[_] = if smooth { &[&self.smooth, &self.fringe] } else { &[&self.hard] };
         for pipeline in pipelines {
             pass.set_pipeline(pipeline);
             pass.draw(0..4, 0..tiles.len() as u32);
         }
+        Ok(())
     }
+}
+
+fn bound(gpu: &Gpu, layout: &wgpu::BindGroupLayout, targets: &Targets, tiles: &wgpu::Buffer) -> wgpu::BindGroup {
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("composite.group"),
+        layout,
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&targets.tree_depth.view) },
+            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&targets.tree_color.view) },
+            wgpu::BindGroupEntry { binding: 2, resource: tiles.as_entire_binding() },
+        ],
+    })
 }
 
 /// From premultiplied to straight alpha, sRGB bytes: light is divided, not bytes, so that outlines get no dark fringe.

@@ -1,19 +1,18 @@
-//! Growth of crown outlines on the device (She §3.3, fig. 13): which crowns are near enough, the tables they grow by, and the passes.
+//! What grows in a picture (She §3.3, fig. 13): which crowns are near enough, and the tables that they grow by.
 
 use std::cell::Cell;
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat3, Mat4, Quat, Vec3};
 
 use super::limb::{LimbView, Twigs};
 use super::mesh::CrownShape;
-use super::targets::{COLOR, ID, Targets, color_attachment, depth_attachment, nearer};
 use super::tiles::{Tiles, screen_rect};
 use super::wind::Sway;
 use super::{Camera, Projection, Shot, Stage, Stand};
+use crate::Seed;
 use crate::geom::Bounds;
-use crate::gpu::{Gpu, Shader, layout, upload_buffer};
+use crate::gpu::layout::{self, LENGTH_BITS};
 use crate::model::{Growth, GrowthProfile};
-use crate::{Error, Result, Seed};
 
 crate::choices! {
     /// How outlines grow.
@@ -64,7 +63,7 @@ crate::params! {
     pub struct GrowthParams {
         /// What grows out of the outline of a crown.
         growth: GrowthChoice = GrowthChoice::Auto, unit "", source "ours: species differ (She §4)";
-        /// Longest growth on the crown, Qmax; 0 takes the model's.
+        /// Longest growth on the crown, Qmax; 0 takes the model's. In the picture nothing grows by more than 255 pixels.
         growth_max_m: f64 = 0.0, in 0.0..=10.0, unit "m", source "ours: measured on the photograph's outline";
         /// Shortest growth on the crown, Qmin; it is never more than the longest, and 0 takes the model's.
         growth_min_m: f64 = 0.0, in 0.0..=10.0, unit "m", source "ours: measured on the photograph's outline";
@@ -111,10 +110,21 @@ pub struct GrowthInput {
 
 /// Slots that the id target can tell apart, the empty one among them.
 pub const SLOTS: usize = 4096;
-/// Longest growth, pixels; `shaders/growth.wgsl` has the same.
-const LONGEST_PX: f32 = 31.0;
-/// What lies deeper by so much of a crown's mean radius is background to it.
-const GAP: f32 = 0.35;
+/// Longest growth, pixels.
+const LONGEST_PX: f32 = ((1 << LENGTH_BITS) - 1) as f32;
+/// What lies deeper by so many times the longest growth is background: what grows is then seen to stand before it.
+const GAP: f32 = 2.0;
+
+/// An instance that may grow.
+struct Candidate {
+    stand: usize,
+    place: usize,
+    growth: Growth,
+    /// The longest growth of its crowns in the picture.
+    longest_px: f32,
+    /// Its crowns.
+    seen: Vec<Option<Seen>>,
+}
 
 impl GrowthInput {
     /// What grows in a picture.
@@ -139,24 +149,17 @@ impl GrowthInput {
             input.tree_tiles = tree_tiles.list();
             return input;
         }
-        for (number, stand) in stands.iter().enumerate() {
-            let Some(growth) = shot.growth.of(stand.tree.growth()) else { continue };
-            for (i, instance) in stand.instances.iter().enumerate() {
-                if input.crowns.len() + stand.tree.crowns().len() > SLOTS {
-                    break;
-                }
-                let first = input.crowns.len() as u32;
-                let mut any = false;
-                let seen: Vec<_> = stand.tree.crowns().iter().map(|crown| seer.see(crown, instance, &growth)).collect();
-                if seen.iter().all(Option::is_none) {
-                    continue;
-                }
-                for (crown, seen) in stand.tree.crowns().iter().zip(seen) {
-                    any |= seen.is_some();
-                    input.add(crown, seen, instance.scale, &growth, twigs, &mut tiles);
-                }
-                if any {
-                    input.slots[number][i] = first;
+        for Candidate { stand, place, growth, seen, .. } in seer.candidates(shot, stands) {
+            if input.crowns.len() + seen.len() > SLOTS {
+                break;
+            }
+            input.slots[stand][place] = input.crowns.len() as u32;
+            let (crowns, instance) = (stands[stand].tree.crowns(), &stands[stand].instances[place]);
+            for (crown, seen) in crowns.iter().zip(seen) {
+                match seen {
+                    Some(seen) => input.add(crown, seen, instance.scale, &growth, twigs, &mut tiles),
+                    // In its slot nothing grows.
+                    None => input.crowns.push(bytemuck::Zeroable::zeroed()),
                 }
             }
         }
@@ -166,13 +169,10 @@ impl GrowthInput {
         input
     }
 
-    /// Adds a crown in the next slot; one that is not seen gets a slot in which nothing grows.
-    fn add(&mut self, crown: &CrownShape, seen: Option<Seen>, scale: f32, growth: &Growth, twigs: &Twigs, tiles: &mut Tiles) {
-        let Some(Seen { view, rect, longest_px }) = seen else {
-            self.crowns.push(bytemuck::Zeroable::zeroed());
-            return;
-        };
-        tiles.add(grown_by(rect, longest_px + 2.0));
+    /// Adds a crown in the next slot.
+    fn add(&mut self, crown: &CrownShape, seen: Seen, scale: f32, growth: &Growth, twigs: &Twigs, tiles: &mut Tiles) {
+        let Seen { view, rect, longest_px } = seen;
+        tiles.add(grown_by(rect, longest_px.min(LONGEST_PX) + 2.0));
         let plane = view.plane();
         let table = view.table(twigs, growth);
         // Sixteenths of a pixel from 1/256 pixel per metre.
@@ -182,7 +182,7 @@ impl GrowthInput {
             min_units: units(growth.min_m),
             limb_y: (plane.y / crown.half_axes).to_array(),
             max_units: units(growth.max_m),
-            gap_m: GAP * crown.half_axes.element_sum() / 3.0 * scale,
+            gap_m: GAP * growth.max_m as f32 * scale,
             first: self.limbs.len() as u32,
             count: table.len() as u32,
             pad: 0,
@@ -212,10 +212,8 @@ fn frame_of(shot: &Shot) -> layout::GrowthFrame {
         random: u32::from(shot.growth.growth_keys == GrowthKeys::Random),
         frame: shot.frame,
         corners: u32::from(shot.growth.growth_roots == GrowthRoots::Corners),
-        pad: 0,
+        tile_count: 0,
         alike: [0.0, 0.0],
-        root_limit: 0,
-        grown_limit: 0,
     }
 }
 
@@ -234,6 +232,7 @@ struct Seer<'a> {
 struct Seen {
     view: LimbView,
     rect: [f32; 4],
+    /// As long as it would be without [`LONGEST_PX`].
     longest_px: f32,
 }
 
@@ -270,8 +269,26 @@ impl<'a> Seer<'a> {
         screen_rect(&(self.clip_from_world * world_from_object), swayed, self.size_px)
     }
 
+    /// Every instance that grows by a pixel or more: the one with the longest growth in the picture first, of equals the first.
+    fn candidates(&self, shot: &Shot, stands: &[Stand]) -> Vec<Candidate> {
+        let mut all = vec![];
+        for (number, stand) in stands.iter().enumerate() {
+            let Some(growth) = shot.growth.of(stand.tree.growth()) else { continue };
+            for (place, instance) in stand.instances.iter().enumerate() {
+                let crowns = stand.tree.crowns().iter().enumerate();
+                let seen: Vec<_> = crowns.map(|(i, crown)| self.see(crown, i, instance, &growth)).collect();
+                let longest_px = seen.iter().flatten().map(|seen| seen.longest_px).fold(0.0, f32::max);
+                if longest_px > 0.0 {
+                    all.push(Candidate { stand: number, place, growth, longest_px, seen });
+                }
+            }
+        }
+        all.sort_by(|a, b| b.longest_px.total_cmp(&a.longest_px));
+        all
+    }
+
     /// The crown of an instance, where it is in the picture and grows by a pixel or more.
-    fn see(&self, crown: &CrownShape, instance: &layout::Instance, growth: &Growth) -> Option<Seen> {
+    fn see(&self, crown: &CrownShape, number: usize, instance: &layout::Instance, growth: &Growth) -> Option<Seen> {
         let (world_from_object, turn) = placed(instance);
         let rect = self.rect(Some(crown.bounds), instance)?;
         let center = world_from_object.transform_point3(crown.center);
@@ -298,8 +315,9 @@ impl<'a> Seer<'a> {
             toward_eye: object(to_eye.normalize_or(self.camera.axes[2])),
             screen: [object(self.camera.axes[0]), object(self.camera.axes[1])],
             px_per_m: scale_at(distance) * instance.scale,
+            turn: own_turn(instance, number),
         };
-        Some(Seen { view, rect, longest_px: longest_px.min(LONGEST_PX) })
+        Some(Seen { view, rect, longest_px })
     }
 }
 
@@ -310,270 +328,16 @@ fn placed(instance: &layout::Instance) -> (Mat4, Quat) {
     (Mat4::from_scale_rotation_translation(Vec3::splat(instance.scale), turn, Vec3::from(instance.position)), turn)
 }
 
-/// The passes of growth, and their buffers.
-#[derive(Debug)]
-pub struct GrowthPass {
-    group_layout: wgpu::BindGroupLayout,
-    detect: wgpu::ComputePipeline,
-    plan: wgpu::ComputePipeline,
-    walks: [wgpu::ComputePipeline; 4],
-    points: wgpu::RenderPipeline,
-    plan_buffer: wgpu::Buffer,
-    plan_group: wgpu::BindGroup,
-    sampler: wgpu::Sampler,
-    buffers: Option<Buffers>,
-    /// The twigs of every crown.
-    pub twigs: Twigs,
-}
-
-/// Buffers of one picture size.
-#[derive(Debug)]
-struct Buffers {
-    size_px: [u32; 2],
-    counts: wgpu::Buffer,
-    roots: wgpu::Buffer,
-    nearest: wgpu::Buffer,
-    keys: wgpu::Buffer,
-    grown: wgpu::Buffer,
-}
-
-impl Buffers {
-    fn new(gpu: &Gpu, size_px: [u32; 2]) -> Result<Self> {
-        let pixels = u64::from(size_px[0]) * u64::from(size_px[1]);
-        let limit = gpu.device.limits().max_storage_buffer_binding_size;
-        if 4 * pixels > limit {
-            return Err(Error::GrowthSize { found: size_px, limit_px: limit / 4 });
-        }
-        let buffer = |label, size: u64, usage| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size,
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | usage,
-                mapped_at_creation: false,
-            })
-        };
-        let none = wgpu::BufferUsages::empty();
-        Ok(Self {
-            size_px,
-            counts: buffer("growth.counts", 32, wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST),
-            roots: buffer("growth.roots", (8 * roots_for(pixels)).min(limit), none),
-            nearest: buffer("growth.nearest", 4 * pixels, none),
-            keys: buffer("growth.keys", 4 * pixels, none),
-            grown: buffer("growth.grown", (16 * grown_for(pixels)).min(limit), none),
-        })
-    }
-}
-
-/// Room for so many roots: no more than a third of the pixels of a picture can be roots that grow.
-fn roots_for(pixels: u64) -> u64 {
-    (pixels / 3).max(1024)
-}
-
-/// Room for so many grown pixels: half of the picture.
-fn grown_for(pixels: u64) -> u64 {
-    (pixels / 2).max(1024)
-}
-
-impl GrowthPass {
-    /// Compiles its pipelines.
-    pub fn new(gpu: &Gpu) -> Self {
-        let group_layout = group_layout(gpu);
-        let shader = Shader::load(gpu, "growth");
-        let plan_layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("growth.plan"),
-            entries: &[storage(0, false)],
-        });
-        let pipeline = |label, entry_point, groups: &[Option<&wgpu::BindGroupLayout>]| {
-            let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(label),
-                bind_group_layouts: groups,
-                immediate_size: 0,
-            });
-            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(label),
-                layout: Some(&layout),
-                module: &shader.0,
-                entry_point: Some(entry_point),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-        };
-        let main = &[Some(&group_layout)];
-        let plan_buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("growth.plan"),
-            size: 12,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
-            mapped_at_creation: false,
-        });
-        let plan_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("growth.plan"),
-            layout: &plan_layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: plan_buffer.as_entire_binding() }],
-        });
-        Self {
-            detect: pipeline("growth.detect", "cs_main_detect", main),
-            plan: pipeline("growth.plan", "cs_main_plan", &[Some(&group_layout), Some(&plan_layout)]),
-            walks: [
-                pipeline("growth.nearest", "cs_main_nearest", main),
-                pipeline("growth.settle", "cs_main_settle", main),
-                pipeline("growth.emit", "cs_main_emit", main),
-                pipeline("growth.forget", "cs_main_forget", main),
-            ],
-            points: points_pipeline(gpu),
-            group_layout,
-            plan_buffer,
-            plan_group,
-            // Nearest, clamped to the edge.
-            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor { label: Some("growth.sampler"), ..Default::default() }),
-            buffers: None,
-            twigs: Twigs::new(Seed(0)),
-        }
-    }
-
-    /// Grows the outlines in the trees' temporary buffers. `crowns` holds those of `input` on the device.
-    ///
-    /// # Errors
-    /// [`Error::GrowthSize`] for a picture that is too large to grow in.
-    pub fn draw(
-        &mut self,
-        gpu: &Gpu,
-        encoder: &mut wgpu::CommandEncoder,
-        targets: &Targets,
-        input: &GrowthInput,
-        crowns: &wgpu::Buffer,
-    ) -> Result<()> {
-        if input.tiles.is_empty() {
-            return Ok(());
-        }
-        if self.buffers.as_ref().is_none_or(|buffers| buffers.size_px != targets.size_px) {
-            self.buffers = None; // the old ones go before the new ones come
-            self.buffers = Some(Buffers::new(gpu, targets.size_px)?);
-        }
-        let buffers = self.buffers.as_ref().expect("just made");
-        let frame = layout::GrowthFrame {
-            root_limit: (buffers.roots.size() / 8) as u32,
-            grown_limit: (buffers.grown.size() / 16) as u32,
-            ..input.frame
-        };
-        gpu.queue.write_buffer(&buffers.counts, 0, bytemuck::cast_slice(&[0u32, 1, 0, 0, 0, 0, 0, 0]));
-        let filled = |label, contents: &[u8], usage| upload_buffer(gpu, label, contents, usage);
-        let values = filled("growth.frame", bytemuck::bytes_of(&frame), wgpu::BufferUsages::STORAGE);
-        let limbs = filled("growth.limbs", bytemuck::cast_slice(&input.limbs), wgpu::BufferUsages::STORAGE);
-        let tiles = filled("growth.tiles", bytemuck::cast_slice(&input.tiles), wgpu::BufferUsages::STORAGE);
-        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("growth.group"),
-            layout: &self.group_layout,
-            entries: &[
-                entry(0, values.as_entire_binding()),
-                entry(1, crowns.as_entire_binding()),
-                entry(2, limbs.as_entire_binding()),
-                entry(3, tiles.as_entire_binding()),
-                entry(4, wgpu::BindingResource::TextureView(&targets.tree_color.view)),
-                entry(5, wgpu::BindingResource::TextureView(&targets.tree_depth.view)),
-                entry(6, wgpu::BindingResource::TextureView(&targets.tree_id.view)),
-                entry(7, buffers.counts.as_entire_binding()),
-                entry(8, buffers.roots.as_entire_binding()),
-                entry(9, buffers.nearest.as_entire_binding()),
-                entry(10, buffers.keys.as_entire_binding()),
-                entry(11, buffers.grown.as_entire_binding()),
-                entry(12, wgpu::BindingResource::Sampler(&self.sampler)),
-            ],
-        });
-        self.compute(encoder, &group, input.tiles.len() as u32);
-        let points = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("growth.points"),
-            layout: &self.points.get_bind_group_layout(0),
-            entries: &[entry(0, values.as_entire_binding()), entry(1, buffers.grown.as_entire_binding())],
-        });
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("growth.points"),
-            color_attachments: &[color_attachment(&targets.tree_color, None), color_attachment(&targets.tree_id, None)],
-            depth_stencil_attachment: Some(depth_attachment(&targets.tree_depth, false)),
-            ..Default::default()
-        });
-        pass.set_pipeline(&self.points);
-        pass.set_bind_group(0, &points, &[]);
-        pass.draw_indirect(&buffers.counts, 0);
-        Ok(())
-    }
-
-    fn compute(&self, encoder: &mut wgpu::CommandEncoder, group: &wgpu::BindGroup, tiles: u32) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("growth"), timestamp_writes: None });
-        pass.set_bind_group(0, group, &[]);
-        pass.set_pipeline(&self.detect);
-        pass.dispatch_workgroups(tiles.min(32768), tiles.div_ceil(32768), 1);
-        pass.set_pipeline(&self.plan);
-        pass.set_bind_group(1, &self.plan_group, &[]);
-        pass.dispatch_workgroups(1, 1, 1);
-        for walk in &self.walks {
-            pass.set_pipeline(walk);
-            pass.dispatch_workgroups_indirect(&self.plan_buffer, 0);
-        }
-    }
-}
-
-fn storage(binding: u32, read_only: bool) -> wgpu::BindGroupLayoutEntry {
-    let ty = wgpu::BufferBindingType::Storage { read_only };
-    compute_entry(binding, wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None })
-}
-
-fn compute_entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
-    wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
-}
-
-fn group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    let texture = |sample_type| wgpu::BindingType::Texture {
-        sample_type,
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
-    };
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("growth.layout"),
-        entries: &[
-            storage(0, true),
-            storage(1, true),
-            storage(2, true),
-            storage(3, true),
-            compute_entry(4, texture(wgpu::TextureSampleType::Float { filterable: false })),
-            compute_entry(5, texture(wgpu::TextureSampleType::Depth)),
-            compute_entry(6, texture(wgpu::TextureSampleType::Uint)),
-            storage(7, false),
-            storage(8, false),
-            storage(9, false),
-            storage(10, false),
-            storage(11, false),
-            compute_entry(12, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering)),
-        ],
-    })
-}
-
-fn points_pipeline(gpu: &Gpu) -> wgpu::RenderPipeline {
-    let shader = Shader::load(gpu, "grown");
-    let over = wgpu::ColorTargetState {
-        format: COLOR,
-        blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
-        write_mask: wgpu::ColorWrites::ALL,
-    };
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("growth.points"),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &shader.0,
-            entry_point: Some("vs_main"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState { topology: wgpu::PrimitiveTopology::PointList, ..Default::default() },
-        depth_stencil: Some(nearer()),
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &shader.0,
-            entry_point: Some("fs_main"),
-            compilation_options: Default::default(),
-            targets: &[Some(over), Some(ID.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+/// How the twigs of the crown `number` of an instance are turned, so that neighbours of one kind have outlines of their own: by the tree's
+/// number and its place in the world, so that it stays (Shoemake 1992: uniform over all turns).
+fn own_turn(instance: &layout::Instance, number: usize) -> Mat3 {
+    let place = instance.position.map(|metres| u64::from((metres + 0.0).to_bits()));
+    let words = [u64::from(instance.id), number as u64].into_iter().chain(place);
+    let key = words.fold(0u64, |key, word| (key ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29));
+    let mut draws = Seed(0).keyed("growth.turn", key);
+    let share = draws.unit() as f32;
+    let mut turn = || (std::f32::consts::TAU * draws.unit() as f32).sin_cos();
+    let ((a, b), (c, d)) = (turn(), turn());
+    let (p, q) = ((1.0 - share).sqrt(), share.sqrt());
+    Mat3::from_quat(Quat::from_xyzw(p * a, p * b, q * c, q * d).normalize())
 }

@@ -79,12 +79,15 @@ fn pictures_of(renderer: &Renderer) -> TreePictures {
 
 /// Draws twice, without and with growth, and compares with the twin. Returns how many pixels grew.
 fn compare(renderer: &mut Renderer, tree: &Tree, shot: &Shot) -> usize {
-    let instances = instances();
-    let stands = [Stand { tree, instances: &instances }];
-    let input = GrowthInput::new(shot, &stands, &renderer.growth.twigs);
-    renderer.draw_growing(shot, &stands, &GrowthInput { tiles: vec![], ..input.clone() }).unwrap();
+    compare_placed(renderer, shot, &[Stand { tree, instances: &instances() }])
+}
+
+/// As [`compare`], of trees that stand elsewhere.
+fn compare_placed(renderer: &mut Renderer, shot: &Shot, stands: &[Stand]) -> usize {
+    let input = GrowthInput::new(shot, stands, &renderer.growth.twigs);
+    renderer.draw_growing(shot, stands, &GrowthInput { tiles: vec![], ..input.clone() }).unwrap();
     let before = pictures_of(renderer);
-    renderer.draw_growing(shot, &stands, &input).unwrap();
+    renderer.draw_growing(shot, stands, &input).unwrap();
     let after = pictures_of(renderer);
     let twin = Twin { input: &input, pictures: &before };
     let expected = twin.pictures();
@@ -130,6 +133,108 @@ fn the_device_grows_the_same_pixels_as_the_twin() {
     assert!(grown > 5000, "{grown}");
 }
 
+/// Flat bars across the picture, two metres high and one apart, as one crown.
+fn bars(count: usize) -> Part {
+    let mut mesh = PolyMesh::default();
+    for bar in 0..count as u32 {
+        let y = 3.0 * bar as f32;
+        mesh.positions.extend([[-99.0, y], [99.0, y], [99.0, y + 2.0], [-99.0, y + 2.0]].map(|[x, y]| Vec3::new(x, y, 0.0)));
+        mesh.quads.push([0, 1, 2, 3].map(|i| 4 * bar + i));
+    }
+    let normals = vec![Vec3::Y; mesh.positions.len()]; // turned from the viewer, as outlines are
+    let uvs = vec![Vec2::ZERO; mesh.positions.len()];
+    let surface = Surface { mesh, normals, uvs, ..Surface::default() };
+    Part { name: "bars".to_owned(), surface, material: Material::default(), crown_center: Some(Vec3::new(0.0, 90.0, 0.0)) }
+}
+
+#[test]
+fn in_parallel_projection_nothing_depends_on_how_far_off_the_viewer_stands() {
+    let Some(mut renderer) = renderer() else { return };
+    let tree = renderer.upload(&tree()).unwrap();
+    let stands = [Stand { tree: &tree, instances: &instances() }];
+    let growth = GrowthParams { growth: GrowthChoice::None, ..GrowthParams::default() };
+    let mut take = |away_m: f32, range_m: f32| {
+        let mut shot =
+            Shot { background: Background::Black, growth: growth.clone(), ..shot(0.4, 0.2, 12.0 + away_m, [211, 160], Stage::Lit) };
+        let near_m = 1.0 + away_m;
+        shot.camera.projection = Projection::Orthographic { half_height_m: 4.0, near_m, far_m: near_m + range_m };
+        renderer.picture(&shot, &stands).unwrap().color
+    };
+    let near = take(0.0, 40.0);
+    for (away_m, range_m) in [(10.0, 40.0), (0.0, 160.0)] {
+        let other = take(away_m, range_m);
+        let far = |(a, b): (&u8, &u8)| a.abs_diff(*b) > 2;
+        let unlike = near.as_raw().iter().zip(other.as_raw()).filter(|pair| far(*pair)).count();
+        assert!(unlike < near.as_raw().len() / 1000, "{away_m} m away over {range_m} m: {unlike} differ");
+    }
+}
+
+#[test]
+fn two_thirds_of_all_pixels_may_be_roots() {
+    let Some(mut renderer) = renderer() else { return };
+    let tree = renderer.upload(&[bars(60)]).unwrap();
+    // A pixel is a metre, and the lowest bar begins with the lowest row.
+    let size_px = [160, 180];
+    let mut shot = shot(0.0, 0.0, 60.0, size_px, Stage::Reshaped);
+    shot.camera.eye = Vec3::new(0.0, 90.0, 60.0);
+    shot.camera.projection = Projection::Orthographic { half_height_m: 90.0, near_m: 1.0, far_m: 100.0 };
+    shot.growth = GrowthParams { growth_min_m: 1.5, growth_max_m: 1.5, ..shot.growth };
+    let stands = [Stand { tree: &tree, instances: &[Instance::IDENTITY] }];
+    let input = GrowthInput::new(&shot, &stands, &renderer.growth.twigs);
+    let grown = compare_placed(&mut renderer, &shot, &stands);
+    renderer.draw_growing(&shot, &stands, &GrowthInput { tiles: vec![], ..input.clone() }).unwrap();
+    let roots = Twin { input: &input, pictures: &pictures_of(&renderer) }.roots().len();
+    let pixels = (size_px[0] * size_px[1]) as usize;
+    assert!(roots > pixels * 6 / 10 && grown > pixels * 3 / 10, "{roots} roots and {grown} grown of {pixels} pixels");
+}
+
+#[test]
+fn growth_is_as_long_in_metres_at_any_resolution() {
+    let Some(mut renderer) = renderer() else { return };
+    let tree = renderer.upload(&tree()).unwrap();
+    let stands = [Stand { tree: &tree, instances: &[Instance::IDENTITY] }];
+    let growth = GrowthParams { growth_max_m: 1.0, growth_min_m: 1.0, ..GrowthParams::default() };
+    let mut share = |side: u32| {
+        let shot = Shot { growth: growth.clone(), ..shot(0.0, 0.0, 12.0, [side; 2], Stage::Reshaped) };
+        compare_placed(&mut renderer, &shot, &stands) as f64 / f64::from(side * side)
+    };
+    let (small, large) = (share(150), share(600));
+    assert!((large / small - 1.0).abs() < 0.15, "{small} and {large} of the picture");
+}
+
+#[test]
+fn where_there_are_too_many_crowns_the_nearest_grow() {
+    let Some(renderer) = renderer() else { return };
+    let tree = renderer.upload(&tree()).unwrap();
+    // The nearest last, in the order of the list.
+    let at = |i: usize| Instance { position: [(i % 7) as f32 - 3.0, 0.0, 0.01 * (i / 7) as f32 - 30.0], ..Instance::IDENTITY };
+    let instances: Vec<_> = (0..2100).map(at).collect();
+    let growth = GrowthParams { growth_max_m: 5.0, ..GrowthParams::default() };
+    let shot = Shot { growth, ..shot(0.0, 0.0, 12.0, [300, 200], Stage::Reshaped) };
+    let input = GrowthInput::new(&shot, &[Stand { tree: &tree, instances: &instances }], &renderer.growth.twigs);
+    let slots = &input.slots[0];
+    assert!(input.crowns.len() <= growth::SLOTS && slots.iter().filter(|slot| **slot > 0).count() == (growth::SLOTS - 1) / 2);
+    let (left_out, nearest) = (slots.iter().filter(|slot| **slot == 0), slots.iter().position(|slot| *slot == 1).unwrap());
+    assert!(left_out.count() > 0 && nearest >= 2093, "the first slot went to {nearest}");
+    assert!(slots[60..].iter().all(|slot| *slot > 0), "those left out are the farthest");
+}
+
+#[test]
+fn neighbours_of_one_kind_grow_unlike_each_other() {
+    let Some(renderer) = renderer() else { return };
+    let tree = renderer.upload(&tree()).unwrap();
+    let instances = [Instance { id: 1, ..Instance::IDENTITY }, Instance { id: 2, ..Instance::IDENTITY }];
+    let shot = shot(0.0, 0.0, 12.0, [300, 200], Stage::Reshaped);
+    let limbs = |instances: &[Instance]| {
+        let input = GrowthInput::new(&shot, &[Stand { tree: &tree, instances }], &renderer.growth.twigs);
+        input.crowns[1..].iter().map(|c| input.limbs[c.first as usize..][..c.count as usize].to_vec()).collect::<Vec<_>>()
+    };
+    let all = limbs(&instances);
+    assert_eq!(all.len(), 4);
+    assert!(all[0] != all[2] && all[1] != all[3]);
+    assert_eq!(all[2..], limbs(&instances[1..]), "whatever stands beside it");
+}
+
 #[test]
 fn a_still_camera_gives_identical_frames_and_growth_none_is_unshaped() {
     let Some(mut renderer) = renderer() else { return };
@@ -162,10 +267,8 @@ fn plain_input(size_px: [u32; 2], length: f32) -> GrowthInput {
         random: 0,
         frame: 0,
         corners: 0,
-        pad: 0,
+        tile_count: 0,
         alike: [0.0; 2],
-        root_limit: 0,
-        grown_limit: 0,
     };
     let units = length / 256.0;
     let none =

@@ -2,7 +2,7 @@
 //! the same grown pixels, exactly, by the plainest means: every root of the picture in order, every pixel a plain comparison.
 
 use super::growth::GrowthInput;
-use crate::gpu::layout::GrowingCrown;
+use crate::gpu::layout::{FACING_BITS, GROWN, GrowingCrown, LENGTH_BITS, PLACE_BITS};
 
 /// The trees' temporary pictures, row by row from the top left.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,11 +37,9 @@ pub struct GrownPixel {
     pub coverage: u32,
 }
 
-const PLACE_BITS: u32 = 14;
-const FACING_BITS: u32 = 6;
 /// R, T, L, B; y runs down.
 const SIDES: [[i32; 2]; 4] = [[1, 0], [0, -1], [-1, 0], [0, 1]];
-const LONGEST: f32 = 496.0;
+const LONGEST: f32 = (16 * ((1 << LENGTH_BITS) - 1)) as f32;
 const FACING_FULL: u32 = 26;
 const FACING_LOSS: u32 = 3;
 
@@ -103,7 +101,7 @@ impl Twin<'_> {
                 }
             });
             out.depth[to] = self.pictures.depth[root];
-            out.id[to] = 0x100 | pixel.coverage;
+            out.id[to] = GROWN | pixel.coverage;
         }
         out
     }

@@ -8,7 +8,7 @@
 //! Twigs are used in order of a low-discrepancy sequence, as many as the picture's scale has room for; the last half of them fades in,
 //! so that nothing pops with distance (the idea of hashed alpha testing: Wyman & McGuire 2017, two scales blended).
 
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 
 use crate::Seed;
 use crate::model::{Growth, GrowthProfile};
@@ -39,6 +39,8 @@ pub struct LimbView {
     pub screen: [Vec3; 2],
     /// Pixels per metre of object space.
     pub px_per_m: f32,
+    /// How its twigs are turned about its centre, object space: no two crowns have the same outline.
+    pub turn: Mat3,
 }
 
 /// The plane in which the outline of a crown lies, half axes made 1.
@@ -120,10 +122,11 @@ impl LimbView {
     fn raise(&self, entries: &mut [Entry], twigs: &Twigs, plane: &LimbPlane, layer: &Layer, rules: &Rules, size: f32) {
         let wanted = layer.perimeter_m / layer.spacing_m / layer.reach;
         let count = entries.len() as f32;
-        let half_width = (rules.width * layer.spacing_m / layer.perimeter_m * count).max(0.5);
+        // At most once round.
+        let half_width = (rules.width * layer.spacing_m / layer.perimeter_m * count).clamp(0.5, 0.5 * count);
         for (i, twig) in twigs.0.iter().take(wanted.ceil() as usize).enumerate() {
             // A finer size uses the same sequence, mirrored, so that leaves do not sit on twigs.
-            let at = if size > 0.0 { Vec3::new(-twig.at.z, twig.at.y, twig.at.x) } else { twig.at };
+            let at = self.turn * if size > 0.0 { Vec3::new(-twig.at.z, twig.at.y, twig.at.x) } else { twig.at };
             let s = at.dot(plane.z) / layer.reach;
             let faded = (2.0 - 2.0 * i as f32 / wanted).clamp(0.0, 1.0);
             let height = (1.0 - s * s) * faded * rules.length(twig.length);

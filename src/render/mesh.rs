@@ -1,5 +1,6 @@
 //! The drawer of surfaces: crowns, trunks, branches, leaves.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use bytemuck::Zeroable;
@@ -7,8 +8,9 @@ use glam::Vec3;
 use image::{Rgba, RgbaImage};
 
 use super::targets::{COLOR, ID, Targets, color_attachment, depth_attachment, nearer};
+use crate::Result;
 use crate::geom::Bounds;
-use crate::gpu::{Gpu, Shader, Target, layout, upload_buffer, upload_mips};
+use crate::gpu::{Gpu, KeptBuffer, Shader, Target, layout, upload_buffer, upload_mips};
 use crate::model::{Growth, GrowthProfile, Material, Part, Wrap, bounds};
 use crate::raster::mip_chain;
 
@@ -79,11 +81,22 @@ struct DrawnPart {
     cut_out: bool,
 }
 
-/// Instances on the device.
+/// Instances on the device: bytes of the buffer that holds those of the whole frame.
 #[derive(Debug)]
-pub struct Placed {
-    buffer: wgpu::Buffer,
-    count: u32,
+pub struct Placed(Range<u64>);
+
+/// All instances of a frame, for one buffer.
+#[derive(Debug, Default)]
+pub struct Instances(Vec<layout::Instance>);
+
+impl Instances {
+    /// Adds those of one tree.
+    pub fn place(&mut self, instances: impl Iterator<Item = layout::Instance>) -> Placed {
+        let bytes = |instances: &[_]| size_of_val(instances) as u64;
+        let begin = bytes(&self.0);
+        self.0.extend(instances);
+        Placed(begin..bytes(&self.0))
+    }
 }
 
 /// Draws surfaces, into the temporary buffers and as the sun sees them.
@@ -98,6 +111,7 @@ pub struct MeshDrawer {
     material_layout: wgpu::BindGroupLayout,
     /// Clamped (solid, cut out), repeated (solid, cut out).
     samplers: [[wgpu::Sampler; 2]; 2],
+    instances: KeptBuffer,
 }
 
 /// Texels along the longer side of a pixel's footprint on solid surfaces: bark is seen aslant, and beyond four nothing more shows. Cut-out
@@ -141,6 +155,7 @@ impl MeshDrawer {
             samplers: [("mesh.clamp", wgpu::AddressMode::ClampToEdge), ("mesh.repeat", wgpu::AddressMode::Repeat)]
                 .map(|(label, mode)| [ANISOTROPY, 1].map(|texels| sampler(label, mode, texels))),
             material_layout,
+            instances: KeptBuffer::new(gpu, "mesh.instances", wgpu::BufferUsages::VERTEX),
         }
     }
 
@@ -218,10 +233,12 @@ impl MeshDrawer {
         })
     }
 
-    /// Puts instances onto the device.
-    pub fn place(&self, gpu: &Gpu, instances: &[layout::Instance]) -> Placed {
-        let buffer = upload_buffer(gpu, "mesh.instances", bytemuck::cast_slice(instances), wgpu::BufferUsages::VERTEX);
-        Placed { buffer, count: instances.len() as u32 }
+    /// Puts the instances of a frame onto the device.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) when memory runs out.
+    pub fn fill(&mut self, gpu: &Gpu, instances: &Instances) -> Result<()> {
+        self.instances.fill(gpu, bytemuck::cast_slice(&instances.0)).map(|_| ())
     }
 
     /// Draws trees into the temporary colour, depth and id buffers, lit through the map of `sun`.
@@ -246,7 +263,7 @@ impl MeshDrawer {
         });
         pass.set_bind_group(0, frame, &[]);
         pass.set_bind_group(2, sun, &[]);
-        draw_parts(&mut pass, trees, |part| &pipelines[usize::from(part.two_sided)]);
+        draw_parts(&mut pass, self.instances.get(), trees, |part| &pipelines[usize::from(part.two_sided)]);
     }
 
     /// Draws trees into the sun's map.
@@ -257,28 +274,32 @@ impl MeshDrawer {
             ..Default::default()
         });
         pass.set_bind_group(0, frame, &[]);
-        draw_parts(&mut pass, trees, |part| &self.cast[usize::from(part.cut_out)][usize::from(part.two_sided)]);
+        draw_parts(&mut pass, self.instances.get(), trees, |part| {
+            &self.cast[usize::from(part.cut_out)][usize::from(part.two_sided)]
+        });
     }
 }
 
 fn draw_parts<'a>(
     pass: &mut wgpu::RenderPass,
+    instances: &wgpu::Buffer,
     trees: &'a [(&Tree, Placed)],
     pipeline: impl Fn(&'a DrawnPart) -> &'a wgpu::RenderPipeline,
 ) {
-    for (tree, placed) in trees.iter().filter(|(_, placed)| placed.count > 0) {
-        pass.set_vertex_buffer(1, placed.buffer.slice(..));
+    for (tree, Placed(bytes)) in trees.iter().filter(|(_, placed)| !placed.0.is_empty()) {
+        let count = (bytes.end - bytes.start) / size_of::<layout::Instance>() as u64;
+        pass.set_vertex_buffer(1, instances.slice(bytes.clone()));
         for part in &tree.parts {
             pass.set_pipeline(pipeline(part));
             pass.set_bind_group(1, &part.material, &[]);
             pass.set_vertex_buffer(0, part.vertices.slice(..));
             pass.set_index_buffer(part.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..part.count, 0, 0..placed.count);
+            pass.draw_indexed(0..part.count, 0, 0..count as u32);
         }
     }
 }
 
-/// The textures of a tree's parts, each uploaded once.
+/// The textures of a tree's parts, each uploaded once for each share of alpha that its smaller sizes keep.
 #[derive(Default)]
 struct Textures(Vec<(Arc<RgbaImage>, Option<f32>, wgpu::TextureView)>);
 
@@ -287,14 +308,13 @@ impl Textures {
         let Some(picture) = &material.texture else {
             return upload_mips(gpu, "mesh.plain", &[RgbaImage::from_pixel(1, 1, Rgba([255; 4]))]);
         };
-        let known = self.0.iter().find(|(known, cutoff, _)| Arc::ptr_eq(known, picture) && *cutoff == material.alpha_cutoff);
-        if let Some((_, _, view)) = known {
-            return view.clone();
-        }
         // The cutoff tests the product of texture and factor.
         let cutoff = material.alpha_cutoff.map(|cutoff| cutoff / material.factor[3].max(1e-3));
+        if let Some((_, _, view)) = self.0.iter().find(|(known, its, _)| Arc::ptr_eq(known, picture) && *its == cutoff) {
+            return view.clone();
+        }
         let view = upload_mips(gpu, "mesh.texture", &mip_chain(picture, cutoff));
-        self.0.push((picture.clone(), material.alpha_cutoff, view.clone()));
+        self.0.push((picture.clone(), cutoff, view.clone()));
         view
     }
 }
@@ -352,4 +372,21 @@ fn material_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
             entry(2, wgpu::ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
         ],
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::testing::software_gpu;
+
+    #[test]
+    fn parts_share_a_texture_only_where_its_smaller_sizes_keep_the_same_alpha() {
+        let Some(gpu) = software_gpu() else { return };
+        let picture = Arc::new(RgbaImage::from_fn(8, 8, |x, _| Rgba([90, 120, 30, 30 * x as u8])));
+        let cut_out = Material { texture: Some(picture), alpha_cutoff: Some(0.3), ..Material::default() };
+        let paler = Material { factor: [1.0, 1.0, 1.0, 0.5], ..cut_out.clone() };
+        let mut textures = Textures::default();
+        let views = [&cut_out, &paler, &cut_out].map(|material| textures.view(&gpu, material));
+        assert!(views[0] == views[2] && views[0] != views[1]);
+    }
 }

@@ -13,6 +13,7 @@ mod backdrop;
 mod camera;
 mod composite;
 mod growth;
+mod growth_pass;
 #[cfg(test)]
 mod growth_twin;
 mod light;
@@ -41,9 +42,9 @@ pub use wind::WindParams;
 
 use backdrop::Backdrop;
 use composite::Composite;
-use growth::GrowthPass;
+use growth_pass::GrowthPass;
 use light::Light;
-use mesh::{MeshDrawer, Placed};
+use mesh::{Instances, MeshDrawer, Placed};
 use shadow::{SunMap, SunView};
 use targets::Targets;
 use wind::Sway;
@@ -87,6 +88,8 @@ crate::choices! {
         Normals = "normals",
     }
 }
+
+const _: () = assert!(Background::Sky as u32 == layout::Frame::SKY);
 
 /// One picture to be taken.
 #[derive(Debug, Clone)]
@@ -207,7 +210,7 @@ impl Renderer {
         let sun = SunMap::new(&gpu, 1);
         let backdrop = Backdrop::new(&gpu, &frame_layout, &sun.layout);
         let meshes = MeshDrawer::new(&gpu, &frame_layout, &sun.layout);
-        let composite = Composite::new(&gpu);
+        let composite = Composite::new(&gpu, &frame_layout);
         let growth = GrowthPass::new(&gpu);
         gpu.check()?;
         Ok(Self { gpu, frame, frame_group, backdrop, meshes, sun, composite, growth, crowns, targets: None, clock: None })
@@ -286,15 +289,17 @@ impl Renderer {
         let ground_m = ground(scene_bounds(stands, Sway::NONE));
         let casters = scene_bounds(stands, sway).filter(|_| shot.stage == Stage::Lit);
         if casters.is_some() {
-            self.sun.resize(&self.gpu, shot.light.shadow_map_px.0);
+            self.sun.resize(&self.gpu, shot.light.shadow_map_px.0)?;
         }
         let toward_sun = shot.toward_sun.normalize_or(Vec3::Y);
         let range_m = shot.light.shadow_range_m as f32;
         let view = casters.map(|casters| SunView::fit(toward_sun, casters, &shot.camera, range_m, self.sun.size_px));
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view, ground_m)));
         self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
-        let drawn = self.placed(stands, growing);
-        let casters = view.map(|view| self.casters(stands, sway, view));
+        let mut instances = Instances::default();
+        let drawn = placed(stands, growing, &mut instances);
+        let casters = view.map(|view| casters_of(stands, sway, view, self.sun.size_px, &mut instances));
+        self.meshes.fill(&self.gpu, &instances)?;
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let gpu = &self.gpu;
         let mut passed = |encoder: &mut _, pass| self.clock.as_mut().map_or(Ok(()), |clock| clock.passed(gpu, encoder, pass));
@@ -310,35 +315,10 @@ impl Renderer {
         self.growth.draw(gpu, &mut encoder, targets, growing, &self.crowns)?;
         passed(&mut encoder, "growth")?;
         let smooth = matches!(shot.stage, Stage::Antialiased | Stage::Lit);
-        self.composite.draw(gpu, &mut encoder, targets, &growing.tree_tiles, smooth);
+        self.composite.draw(gpu, &mut encoder, &self.frame_group, targets, &growing.tree_tiles, smooth)?;
         passed(&mut encoder, "composite")?;
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.check()
-    }
-
-    /// The trees with their slots among those that grow.
-    fn placed<'a>(&self, stands: &[Stand<'a>], growing: &GrowthInput) -> Vec<(&'a Tree, Placed)> {
-        let placed = |(stand, slots): (&Stand<'a>, &Vec<u32>)| {
-            let with_slots = stand.instances.iter().zip(slots).map(|(place, slot)| layout::Instance { extra: *slot, ..*place });
-            (stand.tree, self.meshes.place(&self.gpu, &with_slots.collect::<Vec<_>>()))
-        };
-        stands.iter().zip(&growing.slots).map(placed).collect()
-    }
-
-    /// The trees that the sun's map may show.
-    fn casters<'a>(&self, stands: &[Stand<'a>], sway: Sway, view: SunView) -> Vec<(&'a Tree, Placed)> {
-        let of_stand = |stand: &Stand<'a>| {
-            let bounds = stand.tree.bounds()?;
-            let radius = 0.5 * bounds.size().length() + sway.reach_m(bounds.max.y);
-            let seen = |i: &layout::Instance| {
-                let center =
-                    Vec3::from(i.position) + i.scale * (Quat::from_array(i.rotation.map(f32::from)).normalize() * bounds.center());
-                view.sees(center, radius * i.scale, self.sun.size_px)
-            };
-            let instances: Vec<_> = stand.instances.iter().filter(|i| seen(i)).copied().collect();
-            (!instances.is_empty()).then(|| (stand.tree, self.meshes.place(&self.gpu, &instances)))
-        };
-        stands.iter().filter_map(of_stand).collect()
     }
 
     /// Whether a picture of that size can be taken.
@@ -354,11 +334,44 @@ impl Renderer {
             return Err(Error::PictureSize { found: size_px, limit, megapixels: MAX_PIXELS >> 20 });
         }
         if self.targets.as_ref().is_none_or(|targets| targets.size_px != size_px) {
-            self.targets = None; // the old ones go before the new ones come
+            // The old ones go before the new ones come.
+            self.growth.forget_targets();
+            self.composite.forget_targets();
+            self.targets = None;
             self.targets = Some(self.gpu.guarded(|| Targets::new(&self.gpu, size_px))?);
         }
         Ok(())
     }
+}
+
+/// The trees with their slots among those that grow.
+fn placed<'a>(stands: &[Stand<'a>], growing: &GrowthInput, instances: &mut Instances) -> Vec<(&'a Tree, Placed)> {
+    let mut of_stand = |(stand, slots): (&Stand<'a>, &Vec<u32>)| {
+        let with_slots = stand.instances.iter().zip(slots).map(|(place, slot)| layout::Instance { extra: *slot, ..*place });
+        (stand.tree, instances.place(with_slots))
+    };
+    stands.iter().zip(&growing.slots).map(&mut of_stand).collect()
+}
+
+/// The trees that the sun's map of `size_px` texels a side may show.
+fn casters_of<'a>(
+    stands: &[Stand<'a>],
+    sway: Sway,
+    view: SunView,
+    size_px: u32,
+    instances: &mut Instances,
+) -> Vec<(&'a Tree, Placed)> {
+    let of_stand = |stand: &Stand<'a>| {
+        let bounds = stand.tree.bounds()?;
+        let radius = 0.5 * bounds.size().length() + sway.reach_m(bounds.max.y);
+        let seen = |i: &&layout::Instance| {
+            let center =
+                Vec3::from(i.position) + i.scale * (Quat::from_array(i.rotation.map(f32::from)).normalize() * bounds.center());
+            view.sees(center, radius * i.scale, size_px)
+        };
+        Some((stand.tree, instances.place(stand.instances.iter().filter(seen).copied())))
+    };
+    stands.iter().filter_map(of_stand).collect()
 }
 
 fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
@@ -424,5 +437,7 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> lay
         lean: sway.lean.to_array(),
         flutter_m: sway.flutter_m,
         sun_depth_m: sun.map_or(1.0, |sun| sun.depth_m),
+        backward: shot.camera.axes[2].to_array(),
+        layer: shot.camera.projection.layer(),
     }
 }

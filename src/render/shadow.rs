@@ -4,6 +4,7 @@ use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 
 use super::camera::Camera;
 use super::targets::DEPTH;
+use crate::Result;
 use crate::geom::Bounds;
 use crate::gpu::{Gpu, Target, target};
 
@@ -93,12 +94,16 @@ impl SunMap {
     }
 
     /// Makes the map anew where another size is wanted; at most what the device allows.
-    pub fn resize(&mut self, gpu: &Gpu, size_px: u32) {
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) when memory runs out; the old map stays.
+    pub fn resize(&mut self, gpu: &Gpu, size_px: u32) -> Result<()> {
         let size_px = size_px.min(gpu.device.limits().max_texture_dimension_2d);
         if size_px != self.size_px {
-            (self.depth, self.group) = map(gpu, &self.layout, size_px);
+            (self.depth, self.group) = gpu.guarded(|| map(gpu, &self.layout, size_px))?;
             self.size_px = size_px;
         }
+        Ok(())
     }
 }
 

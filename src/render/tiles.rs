@@ -1,11 +1,9 @@
-//! Which parts of the picture trees touch: work on outlines is done there only. Tiles of 16×16 pixels.
+//! Which parts of the picture trees touch: work on outlines is done there only. Tiles are of [`TILE_PX`] × [`TILE_PX`] pixels.
 
 use glam::{Mat4, Vec3};
 
 use crate::geom::Bounds;
-
-/// Side of a tile, pixels; `shaders/growth.wgsl` has the same.
-pub const TILE_PX: u32 = 16;
+use crate::gpu::layout::TILE_PX;
 
 /// A set of tiles of one picture.
 #[derive(Debug, Clone)]
