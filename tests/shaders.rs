@@ -101,8 +101,11 @@ macro_rules! rust_struct {
     }};
 }
 
-/// All structs that are shared through buffers.
-fn rust_structs() -> Vec<(&'static str, usize, Vec<(&'static str, usize, usize)>)> {
+/// Name, offset and size of each field.
+type Fields = Vec<(&'static str, usize, usize)>;
+
+/// All structs that are shared through buffers: name, size, fields.
+fn rust_structs() -> Vec<(&'static str, usize, Fields)> {
     vec![
         rust_struct!(Frame {
             clip_from_world,

@@ -63,7 +63,7 @@ impl Buffers {
     fn new(gpu: &Gpu, size_px: [u32; 2]) -> Result<Self> {
         let pixels = u64::from(size_px[0]) * u64::from(size_px[1]);
         let limits = gpu.device.limits();
-        let limit_px = (limits.max_storage_buffer_binding_size as u64).min(limits.max_buffer_size) / BYTES_PER_PX;
+        let limit_px = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / BYTES_PER_PX;
         if pixels > limit_px {
             return Err(Error::GrowthSize { found: size_px, limit_px });
         }

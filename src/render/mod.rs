@@ -126,7 +126,7 @@ impl Shot {
             show: Show::Picture,
             background: Background::Sky,
             // From the upper right behind the viewer of the front.
-            toward_sun: Vec3::new(0.454_5, 0.707_1, 0.541_7),
+            toward_sun: Vec3::new(0.454_5, std::f32::consts::FRAC_1_SQRT_2, 0.541_7),
             light: LightParams::default(),
             wind: WindParams::default(),
             growth: GrowthParams::default(),
