@@ -87,7 +87,10 @@ impl Composite {
         if self.tiles.fill(gpu, bytemuck::cast_slice(tiles))? {
             self.group = None;
         }
-        let group = &*self.group.get_or_insert_with(|| bound(gpu, &self.layout, targets, self.tiles.get()));
+        let group = match self.group.take() {
+            Some(group) => group,
+            None => gpu.guarded(|| bound(gpu, &self.layout, targets, self.tiles.get()))?,
+        };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("composite"),
             color_attachments: &[color_attachment(&targets.frame_color, None)],
@@ -95,12 +98,13 @@ impl Composite {
             ..Default::default()
         });
         pass.set_bind_group(0, frame, &[]);
-        pass.set_bind_group(1, group, &[]);
+        pass.set_bind_group(1, &group, &[]);
         let pipelines: &[_] = if smooth { &[&self.smooth, &self.fringe] } else { &[&self.hard] };
         for pipeline in pipelines {
             pass.set_pipeline(pipeline);
             pass.draw(0..4, 0..tiles.len() as u32);
         }
+        self.group = Some(group);
         Ok(())
     }
 }

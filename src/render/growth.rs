@@ -151,7 +151,7 @@ impl GrowthInput {
         }
         for Candidate { stand, place, growth, seen, .. } in seer.candidates(shot, stands) {
             if input.crowns.len() + seen.len() > SLOTS {
-                break;
+                continue; // one with fewer crowns may fit yet
             }
             input.slots[stand][place] = input.crowns.len() as u32;
             let (crowns, instance) = (stands[stand].tree.crowns(), &stands[stand].instances[place]);

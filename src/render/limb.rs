@@ -223,3 +223,39 @@ fn l1_turn(x: f32, y: f32) -> f32 {
         (false, _) => 2.0 - t,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen() -> LimbView {
+        LimbView {
+            half_axes: Vec3::new(2.0, 3.0, 2.0),
+            toward_eye: Vec3::Z,
+            screen: [Vec3::X, Vec3::Y],
+            px_per_m: 100.0,
+            turn: Mat3::IDENTITY,
+        }
+    }
+
+    #[test]
+    fn twigs_wider_than_the_crown_go_round_it_once() {
+        let twigs = Twigs::new(Seed(0));
+        let begun = std::time::Instant::now();
+        for spacing_m in [100.0, 1e8, 1e30] {
+            let growth = Growth { spacing_m, ..Growth::likely(GrowthProfile::Broadleaf, 10.0) };
+            assert!(seen().table(&twigs, &growth).len().is_power_of_two());
+        }
+        assert!(begun.elapsed().as_secs() < 5);
+    }
+
+    #[test]
+    fn turned_twigs_are_others_as_long_and_as_many() {
+        let (twigs, growth) = (Twigs::new(Seed(0)), Growth::likely(GrowthProfile::Needle, 10.0));
+        let [one, other] =
+            [Mat3::IDENTITY, Mat3::from_rotation_x(1.0)].map(|turn| LimbView { turn, ..seen() }.table(&twigs, &growth));
+        let mean = |table: &[u32]| table.iter().map(|entry| f64::from(entry & 0xffff)).sum::<f64>() / table.len() as f64;
+        assert_ne!(one, other);
+        assert!((mean(&one) / mean(&other) - 1.0).abs() < 0.15, "{} and {}", mean(&one), mean(&other));
+    }
+}

@@ -154,7 +154,7 @@ pub struct Picture {
 }
 
 /// Most pixels of a picture: its targets and the buffers of growth take about 40 bytes a pixel, and reading it back 8.
-const MAX_PIXELS: u64 = 32 << 20;
+const MAX_PIXELS: u64 = 16 << 20;
 
 /// Draws frames. Owns the device and every pipeline.
 #[derive(Debug)]
