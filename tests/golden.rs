@@ -95,14 +95,14 @@ fn tree(renderer: &Renderer, name: &str) -> Tree {
     let path = folder().join(name).with_extension("glb");
     if renewing("models") {
         let made = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
-        let photo = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("photos/painted_{name}.jpg"));
+        let photo = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("photos/{name}.jpg"));
         let run = Command::new(env!("CARGO_BIN_EXE_sphereboard"))
             .args(["model", "--detail", "low", "--texture-size", "256", "--height-m", "10", "--out"])
             .args([made.path(), &photo])
             .output()
             .unwrap();
         assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-        fs::copy(made.path().join(format!("painted_{name}.glb")), &path).unwrap();
+        fs::copy(made.path().join(format!("{name}.glb")), &path).unwrap();
     }
     let bytes = fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}; UPDATE_GOLDENS=models makes it", path.display()));
     let model = glb::read(&bytes).unwrap_or_else(|e| panic!("{}: {e}; UPDATE_GOLDENS=models makes it anew", path.display()));
