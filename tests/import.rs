@@ -1,4 +1,6 @@
 //! Models of other programs: whatever glTF and OBJ allow is read as it is meant, and no broken file does harm.
+//!
+//! Above 600 lines, since every test takes a few lines to say what a file holds; the builders of files are in `fixtures`.
 
 mod fixtures;
 

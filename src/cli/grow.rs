@@ -47,12 +47,7 @@ pub fn command() -> Command {
                 .help("Derivations; a fraction draws the last of them part grown [default: what the L-system says, else 5]"),
         )
         .arg(
-            Arg::new("seed")
-                .long("seed")
-                .value_name("N")
-                .allow_negative_numbers(true)
-                .default_value("1")
-                .help("Seed of every random choice; same system, options and seed give the same bytes"),
+            options::seed("Seed of every random choice; same system, options and seed give the same bytes"),
         )
         .arg(file("bark-texture", "A picture of bark that tiles, instead of a painted one"))
         .arg(file("leaf-texture", "A picture of a leaf or twig with alpha, instead of painted ones"))
@@ -173,7 +168,7 @@ impl Settings {
             is_obj: ends_in("obj"),
             json: matches.get_flag("json"),
             age: age(matches, &system.grammar)?,
-            seed: Seed(options::whole(matches, "seed", 0..=u64::MAX)?.expect("clap gives the default")),
+            seed: options::read_seed(matches)?,
             textures: ["bark-texture", "leaf-texture"].map(|name| matches.get_one::<PathBuf>(name).cloned()),
             clothing,
             leaf: options::read(matches)?,

@@ -57,12 +57,7 @@ pub fn command() -> Command {
                 .help("Draw every stage into this folder: mask steps, contour with feature points, point cloud, mesh, exemplar, texture with seams"),
         )
         .arg(
-            Arg::new("seed")
-                .long("seed")
-                .value_name("N")
-                .allow_negative_numbers(true)
-                .default_value("1")
-                .help("Seed of every random choice; same photograph, options and seed give the same bytes"),
+            options::seed("Seed of every random choice; same photograph, options and seed give the same bytes"),
         );
     let command = look::add_adapter(command).arg(
         Arg::new("no-preview")
@@ -126,7 +121,7 @@ impl Settings {
             },
             height_is_given: matches.value_source("height_m") == Some(ValueSource::CommandLine),
             hints: HintOptions::read(matches, photos)?,
-            seed: Seed(options::whole(matches, "seed", 0..=u64::MAX)?.expect("clap gives the default")),
+            seed: options::read_seed(matches)?,
             debug_dir: matches.get_one("debug-dir").cloned(),
             previews: match matches.get_flag("no-preview") {
                 true => None,

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::{Arg, ArgMatches, Command};
 
 use crate::params::{Kind, ParamSet, ParamSpec};
-use crate::{Error, Result};
+use crate::{Error, Result, Seed};
 
 /// Adds every parameter of `P` to `command`, under `heading` in its help.
 pub fn add<P: ParamSet>(command: Command, heading: &'static str) -> Command {
@@ -51,6 +51,19 @@ pub fn whole<T: FromStr + PartialOrd + ToString>(
         expected: format!("a whole number from {} to {}", range.start().to_string(), range.end().to_string()),
         found: text.clone(),
     })
+}
+
+/// The seed of every random choice, which every command that makes something has.
+pub fn seed(help: &'static str) -> Arg {
+    Arg::new("seed").long("seed").value_name("N").allow_negative_numbers(true).default_value("1").help(help)
+}
+
+/// The seed that [`seed`] was told.
+///
+/// # Errors
+/// [`crate::Error::Parameter`] for anything but a whole number of 64 bits.
+pub fn read_seed(matches: &ArgMatches) -> Result<Seed> {
+    Ok(Seed(whole(matches, "seed", 0..=u64::MAX)?.expect("clap gives the default")))
 }
 
 fn option(spec: &ParamSpec) -> Arg {

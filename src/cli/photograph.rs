@@ -55,12 +55,7 @@ pub fn command() -> Command {
             "How far above the horizon the camera stands, °, as the middle of the tree sees it [default: it stands on the ground, see --eye-m]",
         ))
         .arg(
-            Arg::new("seed")
-                .long("seed")
-                .value_name("N")
-                .allow_negative_numbers(true)
-                .default_value("1")
-                .help("Seed of a preset's growth, of clouds, hedge and grain"),
+            options::seed("Seed of a preset's growth, of clouds, hedge and grain"),
         )
         .arg(
             Arg::new("quality").long("quality").value_name("N").allow_negative_numbers(true).default_value("92").help("Of the JPEG, 1 to 100"),
@@ -112,7 +107,7 @@ fn sitting(matches: &ArgMatches) -> Result<Sitting> {
         size_px: look::size_px(matches)?,
         toward_sun: look::toward_sun(matches)?,
         light: options::read_over(matches, light)?,
-        seed: Seed(options::whole(matches, "seed", 0..=u64::MAX)?.expect("clap gives the default")),
+        seed: options::read_seed(matches)?,
         params: options::read(matches)?,
     })
 }
