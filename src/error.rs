@@ -476,6 +476,25 @@ pub enum Error {
         /// Width and height of the second.
         b: [u32; 2],
     },
+    // ---- Tree representations: repr/ ----
+    /// No such representation.
+    #[error("expected a method ({known}), but found {found}; `sphereboard methods` describes them")]
+    UnknownMethod {
+        /// Those that would do.
+        known: String,
+        /// What was asked for.
+        found: String,
+    },
+    /// A method that cannot stand for this tree.
+    #[error("the method {method} cannot take {source_name}: {why}; `sphereboard methods` says what each method takes")]
+    NotApplicable {
+        /// The method.
+        method: &'static str,
+        /// The tree.
+        source_name: String,
+        /// Why not.
+        why: String,
+    },
     // ---- Photographs of reference trees: report/studio ----
     /// Neither a preset nor a file.
     #[error(

@@ -15,6 +15,7 @@
 //! * floor 1: [`photo`] — decoding, segmentation, silhouette, exemplar, trunk cues; [`plant`] — grown trees; [`metrics`] — how alike two pictures are;
 //! * floor 2: [`crown`] and [`texture`] — outline to closed surface, exemplar to atlas;
 //! * floor 3: [`model`] — the pipeline from photograph to `TreeModel`, parts, reference trees, and their files;
+//! * floor 4: [`repr`] — the tree representations, each from the same source by the same call, as plain data;
 //! * floor 5: [`gpu`] — the device, and what it shares with shaders;
 //! * floor 6: [`render`] — the passes of a frame;
 //! * floor 7: [`report`] — pictures for people: stage drawings, contact sheets, previews, photographs of true trees;
@@ -39,6 +40,7 @@ pub mod plant;
 pub mod raster;
 pub mod render;
 pub mod report;
+pub mod repr;
 pub mod seed;
 pub mod texture;
 

@@ -8,6 +8,7 @@ mod grow;
 mod hints;
 mod inspect;
 mod look;
+mod methods;
 mod model;
 mod options;
 mod photograph;
@@ -42,6 +43,7 @@ pub fn run() -> ExitCode {
     };
     let outcome = match matches.subcommand() {
         Some(("doctor", m)) => doctor::run(m),
+        Some(("methods", m)) => methods::run(m),
         Some(("model", m)) => model::run(m),
         Some(("render", m)) => render::run(m),
         Some(("segment", m)) => segment::run(m),
@@ -81,6 +83,7 @@ fn command() -> Command {
         .subcommand(segment::command().after_help(ABOUT_SHE))
         .subcommand(render::command().after_help(ABOUT_SHE))
         .subcommand(view::command())
+        .subcommand(methods::command())
         .subcommand(doctor::command())
         .subcommand(grow::command())
         .subcommand(inspect::command())

@@ -73,12 +73,27 @@ pub struct GrownTree {
 /// # Errors
 /// [`Error::Internal`], which the tests rule out.
 pub fn grow_preset(preset: &Preset, seed: Seed) -> Result<GrownTree> {
+    dress_preset(preset, &preset_skeleton(preset, seed)?, seed)
+}
+
+/// The bones of a preset, grown up.
+///
+/// # Errors
+/// [`Error::Internal`], which the tests rule out.
+pub fn preset_skeleton(preset: &Preset, seed: Seed) -> Result<Skeleton> {
     let grammar = preset.grammar()?;
     let age = grammar.initial_age().unwrap_or_default();
     let chain = grammar.derive(age, &DeriveParams::default(), seed, &mut |_| {})?;
-    let skeleton = draw(&chain, &grammar, grammar.turtle(), seed, age)?;
+    draw(&chain, &grammar, grammar.turtle(), seed, age)
+}
+
+/// Bones in a preset's clothing.
+///
+/// # Errors
+/// As [`GrownTree::new`].
+pub fn dress_preset(preset: &Preset, skeleton: &Skeleton, seed: Seed) -> Result<GrownTree> {
     let clothing = Clothing::painted(preset.bark, preset.leaf, seed);
-    GrownTree::new(&skeleton, &clothing, &WoodParams::default(), &LeafParams::default(), seed)
+    GrownTree::new(skeleton, &clothing, &WoodParams::default(), &LeafParams::default(), seed)
 }
 
 /// What rides in a grown tree's `extras.sphereboard` beside the geometry.

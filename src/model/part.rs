@@ -32,7 +32,9 @@ pub struct Material {
     pub factor: [f32; 4],
     /// Base colour, sRGB with straight alpha. Shared, since many parts of a file may use one picture.
     pub texture: Option<Arc<RgbaImage>>,
-    /// How the texture goes on outside 0..1.
+    /// Normals in tangent space as glTF has them: right, up and out of the surface in red, green and blue, 0.5 + 0.5 n.
+    pub normal_texture: Option<Arc<RgbaImage>>,
+    /// How the textures go on outside 0..1.
     pub wrap: Wrap,
     /// Texels of less alpha are not there; `None` for an opaque surface.
     pub alpha_cutoff: Option<f32>,
@@ -42,7 +44,15 @@ pub struct Material {
 
 impl Default for Material {
     fn default() -> Self {
-        Self { name: String::new(), factor: [1.0; 4], texture: None, wrap: Wrap::Repeat, alpha_cutoff: None, two_sided: false }
+        Self {
+            name: String::new(),
+            factor: [1.0; 4],
+            texture: None,
+            normal_texture: None,
+            wrap: Wrap::Repeat,
+            alpha_cutoff: None,
+            two_sided: false,
+        }
     }
 }
 

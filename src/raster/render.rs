@@ -12,17 +12,18 @@ use super::{ALPHA_CUTOFF, to_linear, to_srgb};
 use crate::geom::{Bounds, Surface};
 use crate::{Error, Result};
 
-/// A parallel projection. The viewer of azimuth 0 and elevation 0 stands on +Z, +X to the right and +Y up in the picture.
+/// A parallel projection onto a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
-    /// Where the viewer stands round +Y, radians; π/2 is +X.
-    pub azimuth_rad: f32,
-    /// How far above the horizon the viewer stands, radians; π/2 looks straight down.
-    pub elevation_rad: f32,
+    /// Right, up and towards the viewer: unit vectors of object space, right-handed.
+    pub axes: [Vec3; 3],
     /// What appears in the middle of the picture, metres.
     pub center: Vec3,
-    /// Half the height of the picture, metres.
-    pub half_height_m: f32,
+    /// Half the width and half the height of the picture, metres.
+    pub half_size_m: Vec2,
+    /// What is seen lies between these distances from the centre towards the viewer, metres (Truelsen §5.1, eq. 1: near and far cut a
+    /// slab out of the tree).
+    pub slab_m: [f32; 2],
     /// Columns.
     pub width_px: u32,
     /// Rows.
@@ -30,7 +31,25 @@ pub struct View {
 }
 
 impl View {
-    /// The view from that side that shows all of `points` with a margin of 4 %.
+    /// No slab: everything is seen.
+    pub const ALL: [f32; 2] = [f32::NEG_INFINITY, f32::INFINITY];
+
+    /// Right, up and towards the viewer for one who stands round +Y by `azimuth_rad` (0 on +Z, π/2 on +X) and `elevation_rad` above the
+    /// horizon; at π/2 he looks straight down.
+    pub fn axes_from(azimuth_rad: f32, elevation_rad: f32) -> [Vec3; 3] {
+        let ((sa, ca), (se, ce)) = (azimuth_rad.sin_cos(), elevation_rad.sin_cos());
+        let (right, toward) = (Vec3::new(ca, 0.0, -sa), Vec3::new(sa * ce, se, ca * ce));
+        [right, toward.cross(right), toward]
+    }
+
+    /// The view along these axes that shows just what lies in the box `window`, given in right, up, toward.
+    pub fn of_window(axes: [Vec3; 3], window: Bounds, width_px: u32, height_px: u32) -> Self {
+        let (middle, half) = (window.center(), 0.5 * window.size());
+        let center = axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z;
+        Self { axes, center, half_size_m: half.truncate(), slab_m: [-half.z, half.z], width_px, height_px }
+    }
+
+    /// The view from that side that shows all of `points` with a margin of 4 %, as wide as high in metres.
     pub fn around(
         points: impl IntoIterator<Item = Vec3>,
         azimuth_rad: f32,
@@ -38,31 +57,31 @@ impl View {
         width_px: u32,
         height_px: u32,
     ) -> Self {
-        let mut view = Self { azimuth_rad, elevation_rad, center: Vec3::ZERO, half_height_m: 1.0, width_px, height_px };
-        let axes = view.axes();
-        let seen = Bounds::of(points.into_iter().map(|p| Vec3::from(axes.map(|axis| axis.dot(p)))));
-        let Some((middle, half)) = seen.map(|b| (b.center(), 0.5 * b.size())) else { return view };
-        view.center = axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z;
+        let axes = Self::axes_from(azimuth_rad, elevation_rad);
         let aspect = width_px.max(1) as f32 / height_px.max(1) as f32;
-        view.half_height_m = (1.04 * half.y.max(half.x / aspect)).max(1e-3);
-        view
-    }
-
-    /// Right, up and towards the viewer: unit vectors of object space.
-    pub fn axes(&self) -> [Vec3; 3] {
-        let ((sa, ca), (se, ce)) = (self.azimuth_rad.sin_cos(), self.elevation_rad.sin_cos());
-        let (right, toward) = (Vec3::new(ca, 0.0, -sa), Vec3::new(sa * ce, se, ca * ce));
-        [right, toward.cross(right), toward]
+        let view = |center, half_height: f32| Self {
+            axes,
+            center,
+            half_size_m: half_height * Vec2::new(aspect, 1.0),
+            slab_m: Self::ALL,
+            width_px,
+            height_px,
+        };
+        let seen = Bounds::of(points.into_iter().map(|p| Vec3::from(axes.map(|axis| axis.dot(p)))));
+        let Some((middle, half)) = seen.map(|b| (b.center(), 0.5 * b.size())) else { return view(Vec3::ZERO, 1.0) };
+        let center = axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z;
+        view(center, (1.04 * half.y.max(half.x / aspect)).max(1e-3))
     }
 
     fn check(&self) -> Result<()> {
         let size = 1..=16_384u32;
-        let finite =
-            [self.azimuth_rad, self.elevation_rad, self.half_height_m].iter().all(|v| v.is_finite()) && self.center.is_finite();
-        if size.contains(&self.width_px) && size.contains(&self.height_px) && finite && self.half_height_m > 0.0 {
+        let finite = self.axes.iter().chain([&self.center]).all(|v| v.is_finite()) && self.half_size_m.is_finite();
+        let sized = size.contains(&self.width_px) && size.contains(&self.height_px) && self.half_size_m.min_element() > 0.0;
+        if sized && finite && self.slab_m.iter().all(|m| !m.is_nan()) {
             return Ok(());
         }
-        let found = format!("{}×{} pixels of half-height {} m", self.width_px, self.height_px, self.half_height_m);
+        let half = self.half_size_m;
+        let found = format!("{}×{} pixels of half-size {} × {} m", self.width_px, self.height_px, half.x, half.y);
         Err(Error::View { found })
     }
 }
@@ -153,7 +172,7 @@ pub fn render(surfaces: &[(&Surface, Material)], view: &View, light: Option<&Lig
         let drawn = textures.len() - 1;
         triangles.extend(surface.mesh.triangulated().filter_map(|t| Facet::project(surface, material, drawn, t, view, &textures)));
     }
-    let shade = Shader { textures: &textures, materials: surfaces, light };
+    let shade = Shader { textures: &textures, materials: surfaces, light, slab_m: view.slab_m };
     let width = view.width_px as usize;
     let rows: Vec<Vec<Pixel>> = (0..view.height_px).into_par_iter().map(|y| draw_row(y, width, &triangles, &shade)).collect();
     let mut capture = Capture {
@@ -210,13 +229,13 @@ impl Facet {
         view: &View,
         textures: &[Option<MipChain>],
     ) -> Option<Self> {
-        let [right, up, toward] = view.axes();
-        let samples_per_m = (SAMPLES * view.height_px) as f32 / (2.0 * view.half_height_m);
+        let [right, up, toward] = view.axes;
         let middle = 0.5 * Vec2::new((SAMPLES * view.width_px) as f32, (SAMPLES * view.height_px) as f32);
+        let samples_per_m = middle / view.half_size_m;
         let at = triangle.map(|v| v as usize);
         let mut corners = at.map(|v| {
             let p = surface.mesh.positions[v] - view.center;
-            Vec3::new(middle.x + p.dot(right) * samples_per_m, middle.y - p.dot(up) * samples_per_m, p.dot(toward))
+            Vec3::new(middle.x + p.dot(right) * samples_per_m.x, middle.y - p.dot(up) * samples_per_m.y, p.dot(toward))
         });
         let [a, b, c] = corners.map(|p| p.truncate());
         // y points down, so an outward face has negative area here.
@@ -256,6 +275,7 @@ struct Shader<'a> {
     textures: &'a [Option<MipChain>],
     materials: &'a [(&'a Surface, Material<'a>)],
     light: Option<&'a Light>,
+    slab_m: [f32; 2],
 }
 
 impl Shader<'_> {
@@ -303,6 +323,7 @@ fn draw_row(y: u32, width: usize, triangles: &[Facet], shader: &Shader) -> Vec<P
                 let depth = w[0] * a.z + w[1] * b.z + w[2] * c.z;
                 let sample = &mut samples[s * across + x];
                 if depth > sample.0
+                    && (shader.slab_m[0]..=shader.slab_m[1]).contains(&depth)
                     && let Some((color, normal)) = shader.shade(facet, w)
                 {
                     *sample = (depth, color, normal);

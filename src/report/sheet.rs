@@ -2,7 +2,7 @@
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use image::RgbImage;
 
 use crate::Result;
@@ -54,9 +54,9 @@ pub fn grown_row(parts: &[Part], size_px: u32) -> Result<RgbImage> {
     let sides = [(parts, 0.0, 0.0), (parts, FRAC_PI_2, 0.0), (parts, FRAC_PI_4, FRAC_PI_4), (&bare, 0.0, 0.0)];
     // What the tree needs from the side where it is widest.
     let half_m =
-        sides.iter().map(|(_, azimuth, elevation)| around(parts, *azimuth, *elevation, size_px).half_height_m).fold(0.0, f32::max);
+        sides.iter().map(|(_, azimuth, elevation)| around(parts, *azimuth, *elevation, size_px).half_size_m.y).fold(0.0, f32::max);
     let panels = sides.iter().map(|(shown, azimuth, elevation)| {
-        let view = View { half_height_m: half_m, ..around(parts, *azimuth, *elevation, size_px) };
+        let view = View { half_size_m: Vec2::splat(half_m), ..around(parts, *azimuth, *elevation, size_px) };
         let surfaces: Vec<(&Surface, Material)> = shown.iter().map(|part| (&part.surface, part.material.raster())).collect();
         Ok(draw::opaque(&render(&surfaces, &view, Some(&LIGHT))?.over(BACKGROUND)))
     });

@@ -64,7 +64,7 @@ pub fn write_parts(parts: &[model::Part], about: &impl Serialize, program: &str)
         pictures.iter().zip(&encoded).map(|((_, wrap, name), picture)| file.texture(name, picture, *wrap)).collect();
     let mut nodes = Vec::new();
     for part in parts {
-        let model::Material { name, factor, texture, wrap, alpha_cutoff, two_sided } = &part.material;
+        let model::Material { name, factor, texture, wrap, alpha_cutoff, two_sided, .. } = &part.material;
         let known = texture.as_ref().and_then(|image| pictures.iter().position(|known| same(known, image, *wrap)));
         let look =
             Look { factor: *factor, texture: known.map(|i| textures[i]), alpha_cutoff: *alpha_cutoff, two_sided: *two_sided };

@@ -192,6 +192,7 @@ impl Entry {
             name: name.to_owned(),
             factor: if unmeant { [1.0; 4] } else { [r, g, b, 1.0] },
             texture,
+            normal_texture: None,
             wrap: if laid.is_some_and(|map| map.clamp) { Wrap::Clamp } else { Wrap::Repeat },
             alpha_cutoff: cut_out.then_some(ALPHA_CUTOFF),
             two_sided: true,

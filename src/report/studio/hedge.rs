@@ -53,6 +53,7 @@ pub fn hedge(tree: Bounds, camera: &Camera, sitting: &Sitting) -> Vec<Part> {
         wrap: Wrap::Clamp,
         alpha_cutoff: Some(ALPHA_CUTOFF),
         two_sided: true,
+        ..Material::default()
     };
     let [r, g, b] = SHADE.map(to_linear);
     let shade = Material { name: "shade".to_owned(), factor: [r, g, b, 1.0], two_sided: true, ..Material::default() };

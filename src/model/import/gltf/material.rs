@@ -105,7 +105,15 @@ impl<'a> Materials<'a> {
         let picture = used.and_then(|texture| self.pictures.get(&image_of(self.document, texture)?));
         let (solid, cut_out) = picture.map_or((true, false), |picture| (picture.solid, picture.cut_out));
         let (texture, wrap) = used.and_then(|texture| self.texture(texture, uvs)).unzip();
-        let mut dressed = Material { name, factor, texture, wrap: wrap.unwrap_or(Wrap::Repeat), alpha_cutoff: None, two_sided };
+        let mut dressed = Material {
+            name,
+            factor,
+            texture,
+            normal_texture: None,
+            wrap: wrap.unwrap_or(Wrap::Repeat),
+            alpha_cutoff: None,
+            two_sided,
+        };
         match mode.as_deref() {
             Some("MASK") => dressed.alpha_cutoff = Some(cutoff.filter(|c| c.is_finite()).unwrap_or(DEFAULT_CUTOFF)),
             // What blends with nothing is opaque: some exporters say BLEND of everything.

@@ -1,0 +1,293 @@
+//! What a method has built: plain data, metres in the tree's own space, the same for every method (DESIGN §4).
+//!
+//! A tree is a list of parts. Each says how its vertices are placed ([`Drawn`]) and when it is seen ([`Seen`]): between which distances,
+//! and from which sides. Levels of detail, slices that fade, boxes that stand for branches are all parts that are seen at their own
+//! distances; a renderer needs to know nothing else of the method.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use crate::Warning;
+use crate::geom::Bounds;
+use crate::model::{Growth, Part};
+
+/// How many pixels high a thing of one metre is at a distance of one metre, in the picture for which distances are told: 1080 rows, 45° from
+/// its lower to its upper edge.
+pub const REFERENCE_FOCAL_PX: f32 = 1303.68;
+
+/// A tree as a method has built it.
+#[derive(Debug, Clone)]
+pub struct BuiltTree {
+    /// Which method: [`Representation::id`](super::Representation::id).
+    pub method: String,
+    /// Of the tree that it stands for: what wind and distances are scaled by.
+    pub bounds: Bounds,
+    /// What it consists of, in the order in which it is drawn. What is drawn first never shows.
+    pub parts: Vec<BuiltPart>,
+    /// Its levels of detail, finest first; at least one.
+    pub levels: Vec<Level>,
+    /// How the outlines of its crowns grow; `None` where it has none.
+    pub growth: Option<Growth>,
+    /// What a user should know.
+    pub warnings: Vec<Warning>,
+    /// How long building took; filled in by [`build`](super::build).
+    pub build_ms: f64,
+}
+
+/// A level of detail: a distance at which the tree is looked at, written to files and counted. What is seen there is its parts' own affair.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Level {
+    /// What it is called.
+    pub name: String,
+    /// A distance at which it is all there and nothing else is, as [`Seen`] has distances.
+    pub distance: f32,
+}
+
+/// One surface of a built tree.
+#[derive(Debug, Clone)]
+pub struct BuiltPart {
+    /// Its surface and what it is made of.
+    pub part: Part,
+    /// How it is placed.
+    pub drawn: Drawn,
+    /// When it is seen.
+    pub seen: Seen,
+}
+
+/// How the vertices of a part are placed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Drawn {
+    /// Where they are.
+    Still,
+    /// A card that faces +Z as it stands, and turns about `pivot` to whoever sees it (She §1.2.2; Truelsen A.1).
+    Turned {
+        /// What it turns about.
+        pivot: Vec3,
+        /// Only round the vertical (cylindrical); else it faces the viewer wholly (spherical).
+        upright: bool,
+    },
+    /// A card that faces the viewer and shows the nearest of many captured views.
+    Octahedral(Octahedral),
+}
+
+/// An octahedral impostor (Brucks 2018): views from all over the upper half sphere in one atlas. The part's texture holds colour and
+/// coverage, its `normal_texture` object-space normals in red, green and blue (0.5 + 0.5 n) and in alpha the depth,
+/// 0.5 + 0.5 · (metres towards the viewer) / `radius_m`. Frame (i, j), from the top left, looks from the direction of
+/// [`Octahedral::direction`]; its picture spans `radius_m` to all sides of `center`, with axes as `raster::View::axes_from` has them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Octahedral {
+    /// Frames along each side of the atlas.
+    pub grid: u32,
+    /// Middle of what was captured.
+    pub center: Vec3,
+    /// Half the side of each picture, metres.
+    pub radius_m: f32,
+}
+
+impl Octahedral {
+    /// Towards the viewer of frame (i, j), unit length: the square unfolds the upper half of an octahedron, its centre on +Y.
+    pub fn direction(&self, i: u32, j: u32) -> Vec3 {
+        let along = |k: u32| 2.0 * k as f32 / (self.grid.max(2) - 1) as f32 - 1.0;
+        let (u, v) = (along(i), along(j));
+        let (x, z) = (0.5 * (u + v), 0.5 * (v - u));
+        Vec3::new(x, 1.0 - x.abs() - z.abs(), z).normalize()
+    }
+}
+
+/// When a part is seen. Distances are the viewer's from `anchor` in heights of the tree, as in a picture of [`REFERENCE_FOCAL_PX`]; in a
+/// picture of another size or angle, those at which the tree is just as many pixels high. So what counts is the tree's size on the screen.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Seen {
+    /// From where distances are measured.
+    pub anchor: Vec3,
+    /// Nothing of it is seen up to the first, all of it from the second on.
+    pub appears: [f32; 2],
+    /// All of it is seen up to the first, nothing from the second on; `f32::MAX` for never.
+    pub vanishes: [f32; 2],
+    /// From which sides.
+    pub facing: Facing,
+    /// How it fades in between.
+    pub fade: Fade,
+}
+
+/// From which sides a part is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Facing {
+    /// From all.
+    Any,
+    /// By the cosine between `axis` and the direction from the anchor to the viewer (in the sun's map: to the sun): nothing at or below
+    /// `cosines[0]`, all at or above `cosines[1]`, linear between; a hard edge where they are equal.
+    Toward {
+        /// Unit vector, object space.
+        axis: Vec3,
+        /// Where it begins and where it ends to fade.
+        cosines: [f32; 2],
+        /// Takes the direction to the viewer in the horizontal plane: only the azimuth counts. From straight above that is +Z.
+        level: bool,
+        /// The other side counts as this one.
+        both_sides: bool,
+    },
+}
+
+/// How a part that is seen only in part is thinned out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Fade {
+    /// Pixel by pixel, by a hash of the place on the tree (Wyman & McGuire 2017).
+    Hashed,
+    /// By raising the cutoff of its alpha test from the material's to 1: noise in the texture's alpha tells what goes first (Truelsen
+    /// §9.2).
+    Alpha,
+}
+
+impl Default for Seen {
+    fn default() -> Self {
+        Self { anchor: Vec3::ZERO, appears: [0.0; 2], vanishes: [f32::MAX; 2], facing: Facing::Any, fade: Fade::Hashed }
+    }
+}
+
+impl Seen {
+    /// Seen between two distances from `anchor`. At each end it fades over `band` (a share of that distance, 0.15 for a fifth), outwards: two
+    /// levels that meet overlap, so that nothing gets thinner in between. 0 and `f32::MAX` have no end.
+    pub fn between(anchor: Vec3, near: f32, far: f32, band: f32) -> Self {
+        let appears = if near > 0.0 { [near * (1.0 - band), near] } else { [0.0; 2] };
+        let vanishes = if far < f32::MAX { [far, far * (1.0 + band)] } else { [f32::MAX; 2] };
+        Self { anchor, appears, vanishes, ..Self::default() }
+    }
+
+    /// How much of it is seen at a distance, 0 to 1, whatever the side.
+    pub fn share_at(&self, distance: f32) -> f32 {
+        let rise = |[from, to]: [f32; 2]| {
+            if distance < from {
+                0.0
+            } else if distance >= to {
+                1.0
+            } else {
+                (distance - from) / (to - from)
+            }
+        };
+        rise(self.appears) * (1.0 - rise(self.vanishes))
+    }
+
+    /// How much of it is seen from the direction `toward_viewer` (unit length), 0 to 1, whatever the distance.
+    pub fn share_toward(&self, toward_viewer: Vec3) -> f32 {
+        let Facing::Toward { axis, cosines: [none, all], level, both_sides } = self.facing else { return 1.0 };
+        let flat = Vec3::new(toward_viewer.x, 0.0, toward_viewer.z);
+        let toward = if level { flat.normalize_or(Vec3::Z) } else { toward_viewer };
+        let cosine = if both_sides { axis.dot(toward).abs() } else { axis.dot(toward) };
+        if all > none { ((cosine - none) / (all - none)).clamp(0.0, 1.0) } else { f32::from(u8::from(cosine >= all)) }
+    }
+}
+
+impl BuiltPart {
+    /// A part that always stands where it is.
+    pub fn still(part: Part) -> Self {
+        Self { part, drawn: Drawn::Still, seen: Seen::default() }
+    }
+
+    /// The same, seen then.
+    pub fn seen(self, seen: Seen) -> Self {
+        Self { seen, ..self }
+    }
+}
+
+impl BuiltTree {
+    /// A tree of these parts around which `bounds` lie, with one level and nothing to say.
+    pub fn new(bounds: Bounds, parts: Vec<BuiltPart>) -> Self {
+        Self {
+            method: String::new(),
+            bounds,
+            parts,
+            levels: vec![Level { name: "all".to_owned(), distance: 1.0 }],
+            growth: None,
+            warnings: vec![],
+            build_ms: 0.0,
+        }
+    }
+
+    /// Height of the tree, metres: what distances are measured in.
+    pub fn height_m(&self) -> f32 {
+        self.bounds.max.y.max(1e-3)
+    }
+
+    /// The parts of which anything is seen at a distance from the tree's middle.
+    pub fn parts_at(&self, distance: f32) -> impl Iterator<Item = &BuiltPart> {
+        self.parts.iter().filter(move |part| part.seen.share_at(distance) > 0.0)
+    }
+
+    /// This and what another method built of the rest of the tree. Levels are those of either that has more.
+    pub fn joined(mut self, other: Self) -> Self {
+        self.parts.extend(other.parts);
+        if other.levels.len() > self.levels.len() {
+            self.levels = other.levels;
+        }
+        self.growth = self.growth.or(other.growth);
+        self.warnings.extend(other.warnings);
+        self
+    }
+
+    /// Checks what renderers and files rely on: parts and levels there, sound surfaces, sound distances, levels from near to far.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn check(&self) -> Result<(), String> {
+        if self.parts.is_empty() || self.levels.is_empty() {
+            return Err("nothing was built".to_owned());
+        }
+        for BuiltPart { part, seen, .. } in &self.parts {
+            part.check().map_err(|what| format!("{}: {what}", part.name))?;
+            let ends = [seen.appears[0], seen.appears[1], seen.vanishes[0], seen.vanishes[1]];
+            if !seen.anchor.is_finite() || ends.iter().any(|d| d.is_nan() || *d < 0.0) || !ends.is_sorted() {
+                return Err(format!("{}: it appears and vanishes at {ends:?}, which are no rising distances", part.name));
+            }
+        }
+        let distances = self.levels.iter().map(|level| level.distance);
+        if !distances.clone().is_sorted() || distances.clone().any(|d| !d.is_finite() || d < 0.0) {
+            return Err("its levels do not run from near to far".to_owned());
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_meets_overlaps_and_never_leaves_a_hole() {
+        let near = Seen::between(Vec3::ZERO, 0.0, 10.0, 0.2);
+        let far = Seen::between(Vec3::ZERO, 10.0, f32::MAX, 0.2);
+        for i in 0..400 {
+            let d = 0.05 * i as f32;
+            assert!(near.share_at(d).max(far.share_at(d)) == 1.0, "{d}");
+        }
+        assert_eq!((near.share_at(7.9), far.share_at(7.9), near.share_at(12.1), far.share_at(1e9)), (1.0, 0.0, 0.0, 1.0));
+        assert!((near.share_at(11.0) - 0.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_side_is_told_by_azimuth_alone_where_asked() {
+        let seen = Seen {
+            facing: Facing::Toward { axis: Vec3::X, cosines: [0.5, 0.5], level: true, both_sides: false },
+            ..Seen::default()
+        };
+        let at = |azimuth_deg: f32, up: f32| {
+            let (s, c) = azimuth_deg.to_radians().sin_cos();
+            seen.share_toward(Vec3::new(s, up, c).normalize())
+        };
+        assert_eq!((at(90.0, 20.0), at(31.0, 0.0), at(29.0, 0.0), at(270.0, 0.0)), (1.0, 1.0, 0.0, 0.0));
+        assert_eq!(seen.share_toward(Vec3::Y), 0.0);
+    }
+
+    #[test]
+    fn octahedral_frames_look_from_above_the_horizon_and_their_corners_along_the_axes() {
+        let impostor = Octahedral { grid: 9, center: Vec3::ZERO, radius_m: 1.0 };
+        assert!((impostor.direction(4, 4) - Vec3::Y).length() < 1e-6);
+        assert!((impostor.direction(8, 8) - Vec3::X).length() < 1e-6 && (impostor.direction(0, 8) - Vec3::Z).length() < 1e-6);
+        assert!((0..81).all(|k| impostor.direction(k % 9, k / 9).y >= 0.0));
+    }
+}

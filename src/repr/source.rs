@@ -1,0 +1,169 @@
+//! What representations are built from: a true tree, or the model of a photograph.
+
+use std::path::Path;
+
+use glam::Vec3;
+
+use crate::geom::Bounds;
+use crate::model::grown::{dress_preset, preset_skeleton};
+use crate::model::import;
+use crate::model::reference::{Asked, ReferenceTree};
+use crate::model::{Growth, Part, TreeModel};
+use crate::plant::Skeleton;
+use crate::plant::presets::{PRESETS, preset};
+use crate::{Error, Result, Seed, Warning};
+
+use super::Scope;
+
+/// A tree to stand for; metres, +Y up, foot at the origin.
+#[derive(Debug, Clone)]
+pub enum TreeSource {
+    /// A tree in full, grown here or imported.
+    Reference(Box<ReferenceTree>),
+    /// A sphere-board of a photograph.
+    Model {
+        /// Its name.
+        name: String,
+        /// The model.
+        model: Box<TreeModel>,
+        /// Its crowns and trunk as parts.
+        parts: Vec<Part>,
+    },
+}
+
+/// What a source is, as far as methods ask.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SourceKind {
+    /// A true tree with the bones it was grown on.
+    Grown,
+    /// A true tree from a file, without bones.
+    Imported,
+    /// The model of a photograph.
+    Model,
+}
+
+impl SourceKind {
+    /// All of them.
+    pub const ALL: &'static [Self] = &[Self::Grown, Self::Imported, Self::Model];
+
+    /// True trees.
+    pub const REFERENCE: &'static [Self] = &[Self::Grown, Self::Imported];
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Grown => "a grown tree",
+            Self::Imported => "an imported tree",
+            Self::Model => "a photograph's model",
+        }
+    }
+}
+
+impl TreeSource {
+    /// What a user names: a preset, grown here with its bones, or the file of a model. `asked` says which materials of a file are wood or
+    /// foliage.
+    ///
+    /// # Errors
+    /// [`Error::UnknownTree`] for neither, those of [`import::open`] and [`ReferenceTree::new`].
+    pub fn open(text: &str, asked: &Asked, seed: Seed) -> Result<(Self, Vec<Warning>)> {
+        if let Some(preset) = preset(text) {
+            let skeleton = preset_skeleton(preset, seed)?;
+            let parts = dress_preset(preset, &skeleton, seed)?.parts;
+            let mut tree = ReferenceTree::new(preset.name.to_owned(), parts, asked)?;
+            tree.skeleton = Some(skeleton);
+            let warnings = tree.warnings.clone();
+            return Ok((Self::reference(tree), warnings));
+        }
+        let path = Path::new(text);
+        let imported = import::open(path).map_err(|error| match error {
+            Error::NoSuchFile { .. } => {
+                let known = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+                Error::UnknownTree { known, found: text.to_owned() }
+            }
+            other => other,
+        })?;
+        let name = path.file_stem().map_or_else(|| "tree".to_owned(), |stem| stem.to_string_lossy().into_owned());
+        if let Some(model) = imported.tree_model {
+            return Ok((Self::model(name, model), imported.warnings));
+        }
+        let inside = |cause| Error::InFile { path: path.to_owned(), cause: Box::new(cause) };
+        let tree = ReferenceTree::new(name, imported.parts, asked).map_err(inside)?;
+        let warnings = imported.warnings.into_iter().chain(tree.warnings.iter().cloned()).collect();
+        Ok((Self::reference(tree), warnings))
+    }
+
+    /// The model of a photograph.
+    pub fn model(name: String, model: TreeModel) -> Self {
+        let parts = model.parts();
+        Self::Model { name, model: Box::new(model), parts }
+    }
+
+    /// A true tree.
+    pub fn reference(tree: ReferenceTree) -> Self {
+        Self::Reference(Box::new(tree))
+    }
+
+    /// What it is called.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Reference(tree) => &tree.name,
+            Self::Model { name, .. } => name,
+        }
+    }
+
+    /// What it is.
+    pub fn kind(&self) -> SourceKind {
+        match self {
+            Self::Reference(tree) if tree.skeleton.is_some() => SourceKind::Grown,
+            Self::Reference(_) => SourceKind::Imported,
+            Self::Model { .. } => SourceKind::Model,
+        }
+    }
+
+    /// The bones of a grown tree.
+    pub fn skeleton(&self) -> Option<&Skeleton> {
+        match self {
+            Self::Reference(tree) => tree.skeleton.as_ref(),
+            Self::Model { .. } => None,
+        }
+    }
+
+    /// The surfaces of what `scope` covers, wood first.
+    pub fn parts(&self, scope: Scope) -> Vec<&Part> {
+        let (wood, foliage): (Vec<&Part>, Vec<&Part>) = match self {
+            Self::Reference(tree) => (tree.wood.iter().collect(), tree.foliage.iter().collect()),
+            Self::Model { parts, .. } => parts.iter().partition(|part| part.crown_center.is_none()),
+        };
+        match scope {
+            Scope::Tree => wood.into_iter().chain(foliage).collect(),
+            Scope::Foliage => foliage,
+            Scope::Wood => wood,
+        }
+    }
+
+    /// Every vertex of what `scope` covers.
+    pub fn points(&self, scope: Scope) -> impl Iterator<Item = Vec3> {
+        self.parts(scope).into_iter().flat_map(|part| part.surface.mesh.positions.iter().copied())
+    }
+
+    /// The box around what `scope` covers; `None` where there is nothing of it.
+    pub fn bounds(&self, scope: Scope) -> Option<Bounds> {
+        Bounds::of(self.points(scope))
+    }
+
+    /// The box around all of it.
+    ///
+    /// # Errors
+    /// [`Error::EmptyModel`] where there is nothing.
+    pub fn box_of_all(&self) -> Result<Bounds> {
+        self.bounds(Scope::Tree).ok_or_else(|| Error::EmptyModel { why: String::new() })
+    }
+
+    /// How outlines grow, where a photograph told.
+    pub fn growth(&self) -> Option<Growth> {
+        match self {
+            Self::Reference(_) => None,
+            Self::Model { model, .. } => Some(model.about.growth),
+        }
+    }
+}
