@@ -6,6 +6,7 @@
 
 mod built;
 mod capture;
+pub mod card;
 mod geometry;
 mod settings;
 mod source;

@@ -1,0 +1,222 @@
+//! Captured cards: a rectangle that shows what a box of the tree looks like from one side. Every method that shows pictures makes them
+//! here, so that all are taken, cut out and lit alike.
+//!
+//! The picture holds base colour without light, bled under what is not there; its alpha is covered area, spread so that the alpha test
+//! keeps as much of the surface as was covered. Beside it stand the captured normals in tangent space, so that a card is lit by the
+//! same sun as the tree.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+use image::{Rgba, RgbaImage};
+use rayon::prelude::*;
+
+use crate::Result;
+use crate::geom::{Bounds, PolyMesh, Surface};
+use crate::model::{Material, Part, Wrap};
+use crate::raster::{self, ALPHA_CUTOFF, Layer, View, to_linear, to_srgb};
+
+use super::Capture;
+
+/// A card to be taken.
+#[derive(Debug, Clone)]
+pub struct Card {
+    /// What the part is called.
+    pub name: String,
+    /// Right, up and towards the viewer: unit vectors, right-handed.
+    pub axes: [Vec3; 3],
+    /// What is taken, in those axes, metres: a window to look through and, along the last axis, a slab to see.
+    pub window: Bounds,
+    /// Where the card stands along the last axis, metres.
+    pub plane: f32,
+    /// Texels of the picture, columns and rows.
+    pub size_px: [u32; 2],
+}
+
+impl Card {
+    /// Columns and rows of a picture of `window` whose longer side has `longest_px` texels, all texels square; at least 4 a side.
+    pub fn size_px(window: Bounds, longest_px: u32) -> [u32; 2] {
+        let size = window.size();
+        let longest = size.x.max(size.y).max(1e-6);
+        [size.x, size.y].map(|side| ((side / longest * longest_px as f32).round() as u32).clamp(4, longest_px.max(4)))
+    }
+
+    /// The rectangle, facing along the last axis, its picture upright.
+    pub fn surface(&self) -> Surface {
+        let [right, up, toward] = self.axes;
+        let (low, high) = (self.window.min, self.window.max);
+        let corner = |x: f32, y: f32| x * right + y * up + self.plane * toward;
+        let positions = vec![corner(low.x, low.y), corner(high.x, low.y), corner(high.x, high.y), corner(low.x, high.y)];
+        Surface {
+            mesh: PolyMesh { positions, triangles: vec![], quads: vec![[0, 1, 2, 3]] },
+            normals: vec![toward; 4],
+            uvs: vec![Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0), Vec2::new(1.0, 0.0), Vec2::new(0.0, 0.0)],
+            ..Surface::default()
+        }
+    }
+
+    fn view(&self) -> View {
+        // Grown a little where the box is flat, so that the view has an extent.
+        let least = 1e-4 * self.window.size().max_element().max(1e-2);
+        let grow = 0.5 * (Vec3::splat(least) - self.window.size()).max(Vec3::ZERO);
+        let window = Bounds { min: self.window.min - grow, max: self.window.max + grow };
+        View::of_window(self.axes, window, self.size_px[0], self.size_px[1])
+    }
+}
+
+/// The box around `points` in `axes`; `None` without any.
+pub fn window_around(points: impl IntoIterator<Item = Vec3>, axes: [Vec3; 3]) -> Option<Bounds> {
+    Bounds::of(points.into_iter().map(|p| Vec3::from(axes.map(|axis| axis.dot(p)))))
+}
+
+/// Takes `cards` of `parts`: a part each, seen from both sides; `None` for one in which nothing is seen.
+///
+/// # Errors
+/// Those of [`Capture::take`].
+pub fn captured(capture: &dyn Capture, parts: &[&Part], cards: &[Card]) -> Result<Vec<Option<Part>>> {
+    let views: Vec<View> = cards.iter().map(Card::view).collect();
+    let taken = capture.take(parts, &views)?;
+    Ok(cards.par_iter().zip(&taken).map(|(card, taken)| part(card, taken)).collect())
+}
+
+fn part(card: &Card, taken: &raster::Capture) -> Option<Part> {
+    let texture = Some(Arc::new(cut_out(taken)?));
+    let normal_texture = Some(Arc::new(tangent_normals(taken, card.axes)));
+    let material = Material {
+        name: card.name.clone(),
+        texture,
+        normal_texture,
+        wrap: Wrap::Clamp,
+        alpha_cutoff: Some(ALPHA_CUTOFF),
+        two_sided: true,
+        ..Material::default()
+    };
+    Some(Part { name: card.name.clone(), surface: card.surface(), material, crown_center: None })
+}
+
+/// The picture, its colours bled under what is not there, its alpha such that [`ALPHA_CUTOFF`] leaves as many texels as were covered;
+/// `None` where nothing is seen.
+pub fn cut_out(taken: &raster::Capture) -> Option<RgbaImage> {
+    let (width, height) = taken.color.dimensions();
+    let alphas = spread(taken.coverage.as_raw())?;
+    let mut layer = Layer::from_fn(width as usize, height as usize, |x, y| {
+        let [r, g, b, a] = taken.color.get_pixel(x as u32, y as u32).0;
+        Vec3::from([r, g, b].map(to_linear)).extend(f32::from(a) / 255.0)
+    });
+    layer.bleed();
+    Some(RgbaImage::from_fn(width, height, |x, y| {
+        let at = (y * width + x) as usize;
+        let [r, g, b] = layer.texels[at].truncate().to_array().map(to_srgb);
+        Rgba([r, g, b, alphas[at]])
+    }))
+}
+
+/// Alpha for covered areas (0..=255): rising with them, and such that as many texels come to lie above the cutoff as were covered in all.
+/// `None` where nothing is covered.
+fn spread(coverage: &[u8]) -> Option<Vec<u8>> {
+    let covered = coverage.iter().map(|a| u64::from(*a)).sum::<u64>() as f64 / 255.0;
+    if covered <= 0.0 {
+        return None;
+    }
+    // There are few different areas; which of two equal texels goes first is decided by their places.
+    let rank = |(at, area): (usize, &u8)| f32::from(*area) + (at as u32).wrapping_mul(0x9E37_79B1) as f32 / 4_294_967_296.0;
+    let mut ranks: Vec<f32> = coverage.iter().enumerate().map(rank).collect();
+    let last = (covered.round() as usize).clamp(1, ranks.len()) - 1;
+    let bend = *ranks.clone().select_nth_unstable_by(last, |a, b| b.total_cmp(a)).1;
+    let cutoff = (255.0 * ALPHA_CUTOFF).ceil();
+    for rank in &mut ranks {
+        *rank = if *rank < bend {
+            rank.floor() / bend * (cutoff - 1.0)
+        } else {
+            cutoff + (*rank - bend) / (256.0 - bend) * (255.0 - cutoff)
+        };
+    }
+    Some(ranks.into_iter().map(|alpha| alpha as u8).collect())
+}
+
+/// Captured normals in the frame of the card; out of it where nothing is.
+pub fn tangent_normals(taken: &raster::Capture, axes: [Vec3; 3]) -> RgbaImage {
+    let (width, height) = taken.color.dimensions();
+    let mut layer = Layer::from_fn(width as usize, height as usize, |x, y| {
+        let n = taken.normal[y * width as usize + x];
+        Vec3::from(axes.map(|axis| axis.dot(n))).extend(f32::from(u8::from(n != Vec3::ZERO)))
+    });
+    layer.bleed();
+    RgbaImage::from_fn(width, height, |x, y| {
+        let n = layer.texels[(y * width + x) as usize].truncate().normalize_or(Vec3::Z);
+        let [r, g, b] = (255.0 * (0.5 + 0.5 * n)).to_array().map(|v| v.round() as u8);
+        Rgba([r, g, b, 255])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::repr::SoftwareCapture;
+
+    fn leaf(at: Vec3, turned: Vec3) -> Part {
+        let (u, v) = turned.any_orthonormal_pair();
+        let positions = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| at + 0.5 * (x * u + y * v)).to_vec();
+        let mesh = PolyMesh { positions, triangles: vec![], quads: vec![[0, 1, 2, 3]] };
+        let material = Material { factor: [0.2, 0.6, 0.1, 1.0], two_sided: true, ..Material::default() };
+        Part {
+            name: "leaf".to_owned(),
+            surface: Surface { normals: vec![turned; 4], mesh, ..Surface::default() },
+            material,
+            crown_center: None,
+        }
+    }
+
+    fn front(window: Bounds, size_px: [u32; 2]) -> Card {
+        Card { name: "card".to_owned(), axes: View::axes_from(0.0, 0.0), window, plane: 0.0, size_px }
+    }
+
+    #[test]
+    fn a_card_shows_its_slab_and_its_normals() {
+        let tilted = Vec3::new(0.6, 0.0, 0.8);
+        let (near, far) = (leaf(Vec3::ZERO, tilted), leaf(Vec3::new(0.0, 0.0, -3.0), Vec3::Z));
+        let window = Bounds { min: Vec3::new(-1.0, -1.0, -1.0), max: Vec3::ONE };
+        let taken = captured(&SoftwareCapture, &[&near, &far], &[front(window, [32, 32])]).unwrap();
+        let part = taken[0].as_ref().unwrap();
+        part.check().unwrap();
+        let normals = part.material.normal_texture.as_ref().unwrap();
+        let n = Vec3::from_slice(&normals.get_pixel(16, 16).0[..3].iter().map(|v| f32::from(*v) / 127.5 - 1.0).collect::<Vec<_>>());
+        assert!((n - tilted).length() < 0.02, "{n}");
+        // Only the near leaf lies in the slab: 0.8 m wide as seen, not 1 m.
+        let texture = part.material.texture.as_ref().unwrap();
+        let there = texture.pixels().filter(|p| f32::from(p.0[3]) >= 255.0 * ALPHA_CUTOFF).count() as f32 / 1024.0;
+        assert!((there - 0.2).abs() < 0.02, "{there}");
+        assert_eq!(texture.get_pixel(0, 0).0[..3], texture.get_pixel(16, 16).0[..3], "bled");
+    }
+
+    #[test]
+    fn thin_things_keep_their_area_at_the_alpha_test() {
+        let leaves: Vec<Part> = (0..40)
+            .map(|i| {
+                let mut part = leaf(Vec3::new(-1.0 + 0.05 * i as f32, 0.0, 0.0), Vec3::Z);
+                part.surface
+                    .mesh
+                    .positions
+                    .iter_mut()
+                    .for_each(|p| p.x = -1.0 + 0.05 * i as f32 + 0.02 * (p.x + 1.0 - 0.05 * i as f32));
+                part
+            })
+            .collect();
+        let window = Bounds { min: Vec3::splat(-1.0), max: Vec3::ONE };
+        let parts: Vec<&Part> = leaves.iter().collect();
+        let taken = captured(&SoftwareCapture, &parts, &[front(window, [16, 16])]).unwrap();
+        let texture = taken[0].as_ref().unwrap().material.texture.as_ref().unwrap();
+        let there = texture.pixels().filter(|p| f32::from(p.0[3]) >= 255.0 * ALPHA_CUTOFF).count() as f32 / 256.0;
+        // 40 strips of 0.02 m × 1 m in 4 m².
+        assert!((there - 0.2).abs() < 0.06, "{there}");
+    }
+
+    #[test]
+    fn an_empty_window_gives_no_card_and_a_flat_one_does_not_fail() {
+        let part = leaf(Vec3::ZERO, Vec3::Z);
+        let aside = Bounds { min: Vec3::splat(5.0), max: Vec3::splat(6.0) };
+        let flat = Bounds { min: Vec3::new(-1.0, -1.0, 0.0), max: Vec3::new(1.0, 1.0, 0.0) };
+        let taken = captured(&SoftwareCapture, &[&part], &[front(aside, [8, 8]), front(flat, [8, 8])]).unwrap();
+        assert!(taken[0].is_none() && taken[1].is_some());
+    }
+}
