@@ -12,6 +12,7 @@
 
 mod backdrop;
 mod camera;
+mod capture;
 mod composite;
 mod drawer;
 mod growth;
@@ -41,6 +42,7 @@ use crate::repr::BuiltTree;
 use crate::{Error, Result};
 
 pub use camera::{Camera, FOV_Y_RAD, Projection};
+pub use capture::GpuCapture;
 pub use growth::{GrowthChoice, GrowthEdges, GrowthInput, GrowthKeys, GrowthParams, GrowthRoots};
 pub use light::LightParams;
 pub use present::Window;
@@ -51,6 +53,7 @@ use backdrop::Backdrop;
 use composite::Composite;
 use drawer::{Drawer, PassKind};
 use growth_pass::GrowthPass;
+use impostor::ImpostorDrawer;
 use light::Light;
 use mesh::MeshDrawer;
 use part::PartStore;
@@ -177,11 +180,13 @@ pub struct Renderer {
     parts: PartStore,
     instances: Instances,
     meshes: MeshDrawer,
+    impostors: ImpostorDrawer,
     sun: SunMap,
     composite: Composite,
     growth: GrowthPass,
     crowns: wgpu::Buffer,
     targets: Option<Targets>,
+    uploaded_bytes: u64,
     /// Running while a frame is timed.
     clock: Option<PassClock>,
 }
@@ -224,6 +229,7 @@ impl Renderer {
         let parts = PartStore::new(&gpu);
         let instances = Instances::new(&gpu);
         let meshes = MeshDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
+        let impostors = ImpostorDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
         let composite = Composite::new(&gpu, &frame_layout);
         let growth = GrowthPass::new(&gpu);
         gpu.check()?;
@@ -235,11 +241,13 @@ impl Renderer {
             parts,
             instances,
             meshes,
+            impostors,
             sun,
             composite,
             growth,
             crowns,
             targets: None,
+            uploaded_bytes: 0,
             clock: None,
         })
     }
@@ -302,6 +310,11 @@ impl Renderer {
         clock.read(&self.gpu)
     }
 
+    /// Bytes of instances, and of what drawers keep of them, that the last frame sent to the device; 0 when nothing had changed.
+    pub fn uploaded_bytes(&self) -> u64 {
+        self.uploaded_bytes
+    }
+
     /// The picture that [`Renderer::draw`] made last.
     ///
     /// # Panics
@@ -333,10 +346,13 @@ impl Renderer {
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view, ground_m)));
         self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
         let sun_map = view.map(|view| (view, self.sun.size_px));
-        let (scene, _) = self.instances.scene(&self.gpu, shot, stands, growing, sun_map)?;
+        let (scene, mut uploaded_bytes) = self.instances.scene(&self.gpu, shot, stands, growing, sun_map)?;
         let gpu = &self.gpu;
-        self.meshes.prepare(gpu, &scene)?;
-        let drawers: [&dyn Drawer; 1] = [&self.meshes];
+        let mut drawers: [&mut dyn Drawer; 2] = [&mut self.meshes, &mut self.impostors];
+        for drawer in &mut drawers {
+            uploaded_bytes += drawer.prepare(gpu, &scene)?;
+        }
+        self.uploaded_bytes = uploaded_bytes;
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let mut passed = |encoder: &mut _, pass| self.clock.as_mut().map_or(Ok(()), |clock| clock.passed(gpu, encoder, pass));
         passed(&mut encoder, "begin")?;
