@@ -45,8 +45,8 @@ fn openness(from_center: vec3f) -> f32 {
 
 // How far sunlight gets into a crown before e times as much is left outside, and how deep in it the leaves lie that are seen, in heights of
 // the tree. Fitted, so that cards have the mean colour of the grown trees that they were taken of (tests/built.rs).
-const LIGHT_REACHES: f32 = 0.25;
-const LEAVES_LIE: f32 = 0.12;
+const LIGHT_REACHES: f32 = 0.3;
+const LEAVES_LIE: f32 = 0.14;
 
 // How far a ray goes on in the unit ball, in its own lengths; where it misses, to where it is nearest to the middle.
 fn way_out(start: vec3f, along: vec3f) -> f32 {
