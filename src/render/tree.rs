@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::impostor;
-use super::part::{DevicePart, PartStore, Textures};
+use super::part::{DevicePart, PartStore, PlaceInTree, Textures};
 use crate::geom::Bounds;
 use crate::gpu::Gpu;
 use crate::model::{Growth, GrowthProfile, Part};
@@ -62,10 +62,10 @@ impl Tree {
         for built_part in drawable {
             let crown = CrownShape::of(built_part);
             tree.crowns.extend(crown);
-            let number = if crown.is_some() { tree.crowns.len() as u32 } else { 0 };
+            let crown = if crown.is_some() { tree.crowns.len() as u32 } else { 0 };
             let BuiltPart { part, drawn, seen } = built_part;
-            let group = tree.group(*seen);
-            let device_part = store.upload(gpu, part, (drawn, seen), built.bounds, number, group, &mut textures);
+            let place = PlaceInTree { bounds: built.bounds, crown, group: tree.group(*seen) };
+            let device_part = store.upload(gpu, part, (drawn, seen), place, &mut textures);
             match drawn {
                 Drawn::Octahedral(_) => tree.impostors.push(device_part),
                 Drawn::Still | Drawn::Turned { .. } => tree.meshes.push(device_part),
