@@ -167,6 +167,21 @@ impl TreeSource {
         self.bounds(Scope::Tree).ok_or_else(|| Error::EmptyModel { why: String::new() })
     }
 
+    /// Where the trunk stands on its lowest twentieth, metres: what upright cards turn about and planes cross in. Of a tree without wood,
+    /// under its middle.
+    pub fn foot(&self) -> Vec3 {
+        let scope = if self.bounds(Scope::Wood).is_some() { Scope::Wood } else { Scope::Tree };
+        let low = |all: Bounds| Bounds::of(self.points(scope).filter(|p| p.y <= all.min.y + 0.05 * all.size().y));
+        let middle = self.bounds(scope).and_then(low).map_or(Vec3::ZERO, |foot| foot.center());
+        Vec3::new(middle.x, 0.0, middle.z)
+    }
+
+    /// Why no picture can be taken of it; `None` where one can.
+    pub fn without_extent(&self) -> Option<String> {
+        let seen = self.bounds(Scope::Tree).is_some_and(|all| all.size().is_finite() && all.size().max_element() > 1e-6);
+        (!seen).then(|| "it has no extent of which a picture could be taken".to_owned())
+    }
+
     /// How outlines grow, where a photograph told.
     pub fn growth(&self) -> Option<Growth> {
         match self {
