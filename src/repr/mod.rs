@@ -8,6 +8,9 @@ mod built;
 mod capture;
 pub mod card;
 mod geometry;
+pub mod levels;
+mod meshopt;
+mod pick;
 mod settings;
 mod source;
 mod stats;
@@ -23,7 +26,7 @@ pub use source::{SourceKind, TreeSource};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.
-pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry];
+pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry, &meshopt::Meshopt];
 
 /// How much of a tree a method builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
