@@ -10,7 +10,10 @@ mod capture;
 pub mod card;
 mod crossed_planes;
 mod geometry;
+pub mod levels;
+mod meshopt;
 mod octahedral;
+mod pick;
 mod settings;
 mod slices;
 mod source;
@@ -27,8 +30,15 @@ pub use source::{SourceKind, TreeSource};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.
-pub const METHODS: &[&dyn Representation] =
-    &[&geometry::Geometry, &billboard::Billboard, &crossed_planes::CrossedPlanes, &slices::Slices, &octahedral::OctahedralImpostor];
+#[rustfmt::skip]
+pub const METHODS: &[&dyn Representation] = &[
+    &geometry::Geometry,
+    &billboard::Billboard,
+    &crossed_planes::CrossedPlanes,
+    &slices::Slices,
+    &octahedral::OctahedralImpostor,
+    &meshopt::Meshopt,
+];
 
 /// How much of a tree a method builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
