@@ -159,6 +159,11 @@ impl Seen {
         Self { anchor, appears, vanishes, ..Self::default() }
     }
 
+    /// Whether all of it is seen at any distance from every side.
+    pub fn is_always(&self) -> bool {
+        self.appears[1] <= 0.0 && self.vanishes[0] == f32::MAX && self.facing == Facing::Any
+    }
+
     /// How much of it is seen at a distance, 0 to 1, whatever the side.
     pub fn share_at(&self, distance: f32) -> f32 {
         let rise = |[from, to]: [f32; 2]| {
