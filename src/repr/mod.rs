@@ -7,6 +7,7 @@
 mod built;
 mod capture;
 pub mod card;
+pub mod file;
 mod geometry;
 mod settings;
 mod source;
