@@ -188,7 +188,9 @@ impl Facing {
     fn is_sound(&self) -> bool {
         match self {
             Self::Any => true,
-            Self::Toward { axis, cosines: [none, all], .. } => axis.is_normalized() && none.is_finite() && all.is_finite() && none <= all,
+            Self::Toward { axis, cosines: [none, all], .. } => {
+                axis.is_normalized() && none.is_finite() && all.is_finite() && none <= all
+            }
         }
     }
 }

@@ -4,12 +4,16 @@
 //! [`METHODS`] is the only list of them: the command line, the comparison, the groves and the tests walk it. Adding a method is one file
 //! with a [`Representation`] and one row; only a new way of drawing is a new [`Drawn`].
 
+mod billboard;
 mod built;
 mod capture;
 pub mod card;
+mod crossed_planes;
 pub mod file;
 mod geometry;
+mod octahedral;
 mod settings;
+mod slices;
 mod source;
 mod stats;
 
@@ -19,12 +23,13 @@ use crate::{Error, Result, Seed};
 
 pub use built::{BuiltPart, BuiltTree, Drawn, Facing, Fade, Level, Octahedral, REFERENCE_FOCAL_PX, Seen};
 pub use capture::{Capture, SoftwareCapture};
-pub use settings::{Settings, tabled};
-pub use source::{SourceKind, TreeSource};
+pub use settings::{Settings, Switch, tabled};
+pub use source::{SourceKind, TreeSource, open_model};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.
-pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry];
+pub const METHODS: &[&dyn Representation] =
+    &[&geometry::Geometry, &billboard::Billboard, &crossed_planes::CrossedPlanes, &slices::Slices, &octahedral::OctahedralImpostor];
 
 /// How much of a tree a method builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

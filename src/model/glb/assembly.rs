@@ -189,7 +189,10 @@ impl<S> Piece<'_, S> {
 /// # Errors
 /// [`Error::BrokenGlb`] for bytes that are no sound GLB file, [`Error::ForeignGlb`] for one without our extras or that another program
 /// has rearranged.
-pub fn read_assembly<A: DeserializeOwned, S: DeserializeOwned>(bytes: &[u8], parts: impl Fn(&A) -> usize) -> Result<(A, Vec<(Part, S)>)> {
+pub fn read_assembly<A: DeserializeOwned, S: DeserializeOwned>(
+    bytes: &[u8],
+    parts: impl Fn(&A) -> usize,
+) -> Result<(A, Vec<(Part, S)>)> {
     let file = Reader::open(bytes)?;
     let about: A = file.about()?;
     let mut found: Vec<Option<(Part, S)>> = Vec::new();
@@ -213,7 +216,8 @@ pub fn read_assembly<A: DeserializeOwned, S: DeserializeOwned>(bytes: &[u8], par
         }
     }
     let whole: Option<Vec<_>> = found.into_iter().collect();
-    let mut whole = whole.filter(|all| all.len() == parts(&about)).ok_or_else(|| super::read::foreign("parts of it are missing"))?;
+    let mut whole =
+        whole.filter(|all| all.len() == parts(&about)).ok_or_else(|| super::read::foreign("parts of it are missing"))?;
     for (of, mesh) in normals {
         if let Some((part, _)) = whole.get_mut(of) {
             part.material.normal_texture = file.base_texture(mesh)?;

@@ -74,13 +74,9 @@ impl<'a> Reader<'a> {
         let glb = Glb::from_slice(bytes).map_err(|e| broken(e.to_string()))?;
         let root = Root::from_slice(&glb.json).map_err(|e| broken(e.to_string()))?;
         match glb.bin {
-            Some(std::borrow::Cow::Borrowed(bytes)) => Ok(Self {
-                root,
-                bytes,
-                left: Cell::new(bytes.len()),
-                pictures: RefCell::default(),
-                pixels: RefCell::default(),
-            }),
+            Some(std::borrow::Cow::Borrowed(bytes)) => {
+                Ok(Self { root, bytes, left: Cell::new(bytes.len()), pictures: RefCell::default(), pixels: RefCell::default() })
+            }
             _ => Err(broken("it has no binary chunk")),
         }
     }

@@ -89,10 +89,13 @@ impl Writer {
     pub(super) fn levels(&mut self, nodes: &[Index<Node>], covers: &[f32]) -> Result<()> {
         let [finest, coarser @ ..] = nodes else { return Ok(()) };
         let ids: Vec<u32> = coarser.iter().map(|node| node.value() as u32).collect();
-        let lod = json::extensions::scene::Node { others: [("MSFT_lod".to_owned(), serde_json::json!({ "ids": ids }))].into_iter().collect() };
+        let lod = json::extensions::scene::Node {
+            others: [("MSFT_lod".to_owned(), serde_json::json!({ "ids": ids }))].into_iter().collect(),
+        };
         let node = &mut self.root.nodes[finest.value()];
         node.extensions = Some(lod);
-        node.extras = Some(serde_json::value::to_raw_value(&serde_json::json!({ "MSFT_screencoverage": covers })).map_err(internal)?);
+        node.extras =
+            Some(serde_json::value::to_raw_value(&serde_json::json!({ "MSFT_screencoverage": covers })).map_err(internal)?);
         self.root.extensions_used.push("MSFT_lod".to_owned());
         Ok(())
     }
