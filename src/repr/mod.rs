@@ -8,6 +8,7 @@ mod built;
 mod capture;
 pub mod card;
 mod geometry;
+pub mod grid_slices;
 mod settings;
 mod source;
 mod stats;
@@ -23,7 +24,7 @@ pub use source::{SourceKind, TreeSource};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.
-pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry];
+pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry, &grid_slices::GridSlices];
 
 /// How much of a tree a method builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,7 +54,7 @@ pub struct Job<'a> {
 /// What an update of a built tree has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dirty {
-    /// Only these parts, by number.
+    /// Only the parts from the first number up to before the second.
     Parts(usize, usize),
     /// Everything.
     All,
@@ -99,10 +100,11 @@ pub trait Representation: Sync {
     fn build(&self, job: &Job) -> Result<BuiltTree>;
 
     /// Brings `built` up to date with a source that has grown on (Truelsen §9.2); unless a method knows better, all of it is built anew.
+    /// `turn` counts the calls, from 0: a method that does only a part of the work in each knows by it what comes next.
     ///
     /// # Errors
     /// As [`Representation::build`].
-    fn update(&self, built: &mut BuiltTree, job: &Job) -> Result<Dirty> {
+    fn update(&self, built: &mut BuiltTree, job: &Job, _turn: usize) -> Result<Dirty> {
         *built = self.build(job)?;
         Ok(Dirty::All)
     }
