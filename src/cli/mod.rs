@@ -16,6 +16,7 @@ mod preview;
 mod render;
 mod say;
 mod segment;
+mod subject;
 mod usage;
 mod view;
 

@@ -4,12 +4,19 @@
 //! [`METHODS`] is the only list of them: the command line, the comparison, the groves and the tests walk it. Adding a method is one file
 //! with a [`Representation`] and one row; only a new way of drawing is a new [`Drawn`].
 
+mod billboard;
 mod built;
 mod capture;
 pub mod card;
+mod crossed_planes;
 mod geometry;
 pub mod grid_slices;
+pub mod levels;
+mod meshopt;
+mod octahedral;
+mod pick;
 mod settings;
+mod slices;
 mod source;
 mod stats;
 
@@ -19,12 +26,21 @@ use crate::{Error, Result, Seed};
 
 pub use built::{BuiltPart, BuiltTree, Drawn, Facing, Fade, Level, Octahedral, REFERENCE_FOCAL_PX, Seen};
 pub use capture::{Capture, SoftwareCapture};
-pub use settings::{Settings, tabled};
+pub use settings::{Settings, Switch, tabled};
 pub use source::{SourceKind, TreeSource};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.
-pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry, &grid_slices::GridSlices];
+#[rustfmt::skip]
+pub const METHODS: &[&dyn Representation] = &[
+    &geometry::Geometry,
+    &billboard::Billboard,
+    &crossed_planes::CrossedPlanes,
+    &slices::Slices,
+    &grid_slices::GridSlices,
+    &octahedral::OctahedralImpostor,
+    &meshopt::Meshopt,
+];
 
 /// How much of a tree a method builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use crate::model::import;
 use crate::model::reference::{Asked, ReferenceTree};
 use crate::model::{Growth, Part, TreeModel};
 use crate::plant::Skeleton;
-use crate::plant::presets::{PRESETS, preset};
+use crate::plant::presets::{PRESETS, Preset, preset};
 use crate::{Error, Result, Seed, Warning};
 
 use super::Scope;
@@ -67,12 +67,7 @@ impl TreeSource {
     /// [`Error::UnknownTree`] for neither, those of [`import::open`] and [`ReferenceTree::new`].
     pub fn open(text: &str, asked: &Asked, seed: Seed) -> Result<(Self, Vec<Warning>)> {
         if let Some(preset) = preset(text) {
-            let skeleton = preset_skeleton(preset, seed)?;
-            let parts = dress_preset(preset, &skeleton, seed)?.parts;
-            let mut tree = ReferenceTree::new(preset.name.to_owned(), parts, asked)?;
-            tree.skeleton = Some(skeleton);
-            let warnings = tree.warnings.clone();
-            return Ok((Self::reference(tree), warnings));
+            return Self::grown(preset, None, asked, seed);
         }
         let path = Path::new(text);
         let imported = import::open(path).map_err(|error| match error {
@@ -89,6 +84,19 @@ impl TreeSource {
         let inside = |cause| Error::InFile { path: path.to_owned(), cause: Box::new(cause) };
         let tree = ReferenceTree::new(name, imported.parts, asked).map_err(inside)?;
         let warnings = imported.warnings.into_iter().chain(tree.warnings.iter().cloned()).collect();
+        Ok((Self::reference(tree), warnings))
+    }
+
+    /// A preset with its bones, at an age or grown up.
+    ///
+    /// # Errors
+    /// Those of [`preset_skeleton`], [`dress_preset`] and [`ReferenceTree::new`].
+    pub fn grown(preset: &Preset, age: Option<f64>, asked: &Asked, seed: Seed) -> Result<(Self, Vec<Warning>)> {
+        let skeleton = preset_skeleton(preset, age, seed)?;
+        let parts = dress_preset(preset, &skeleton, seed)?.parts;
+        let mut tree = ReferenceTree::new(preset.name.to_owned(), parts, asked)?;
+        tree.skeleton = Some(skeleton);
+        let warnings = tree.warnings.clone();
         Ok((Self::reference(tree), warnings))
     }
 
@@ -157,6 +165,21 @@ impl TreeSource {
     /// [`Error::EmptyModel`] where there is nothing.
     pub fn box_of_all(&self) -> Result<Bounds> {
         self.bounds(Scope::Tree).ok_or_else(|| Error::EmptyModel { why: String::new() })
+    }
+
+    /// Where the trunk stands on its lowest twentieth, metres: what upright cards turn about and planes cross in. Of a tree without wood,
+    /// under its middle.
+    pub fn foot(&self) -> Vec3 {
+        let scope = if self.bounds(Scope::Wood).is_some() { Scope::Wood } else { Scope::Tree };
+        let low = |all: Bounds| Bounds::of(self.points(scope).filter(|p| p.y <= all.min.y + 0.05 * all.size().y));
+        let middle = self.bounds(scope).and_then(low).map_or(Vec3::ZERO, |foot| foot.center());
+        Vec3::new(middle.x, 0.0, middle.z)
+    }
+
+    /// Why no picture can be taken of it; `None` where one can.
+    pub fn without_extent(&self) -> Option<String> {
+        let seen = self.bounds(Scope::Tree).is_some_and(|all| all.size().is_finite() && all.size().max_element() > 1e-6);
+        (!seen).then(|| "it has no extent of which a picture could be taken".to_owned())
     }
 
     /// How outlines grow, where a photograph told.

@@ -47,8 +47,16 @@ impl Plan {
     pub fn of(job: &Job, params: &GridParams) -> Result<Self> {
         let bounds = job.source.box_of_all()?;
         let foliage = job.source.parts(Scope::Foliage);
-        let planner =
-            Planner { bounds, foot: foot(&job.source.parts(Scope::Wood), bounds), is_hollow: is_hollow(&foliage), foliage, params };
+        let stump = stump(&job.source.parts(Scope::Wood), bounds);
+        let middle = stump.unwrap_or(bounds).center();
+        let planner = Planner {
+            bounds,
+            foot: Vec2::new(middle.x, middle.z),
+            trunk_radius: stump.map_or(0.0, |stump| 0.5 * stump.size().x.max(stump.size().z)),
+            is_hollow: is_hollow(&foliage),
+            foliage,
+            params,
+        };
         let mut slices = match params.arrangement {
             Arrangement::Grid => [0.0, FRAC_PI_2].into_iter().zip(["z", "x"]).flat_map(|row| planner.row(row)).collect(),
             Arrangement::Star => planner.star(),
@@ -65,10 +73,10 @@ pub fn is_hollow(foliage: &[&Part]) -> bool {
     foliage.iter().any(|part| part.crown_center.is_some())
 }
 
-/// Around the lowest part of the wood: where the trunk stands. All of the tree where there is no wood.
-fn stump(wood: &[&Part], bounds: Bounds) -> Bounds {
+/// Around the lowest part of the wood: where the trunk stands. `None` without any.
+fn stump(wood: &[&Part], bounds: Bounds) -> Option<Bounds> {
     let low = bounds.min.y + FOOT * bounds.size().y;
-    Bounds::of(wood.iter().flat_map(|part| &part.surface.mesh.positions).copied().filter(|p| p.y <= low)).unwrap_or(bounds)
+    Bounds::of(wood.iter().flat_map(|part| &part.surface.mesh.positions).copied().filter(|p| p.y <= low))
 }
 
 struct Planner<'a> {
@@ -138,9 +146,9 @@ impl Planner<'_> {
     /// A slice of the base pair: with the wood, and deeper than the others.
     fn base(&self, name: String, axes: [Vec3; 3], radius: f32) -> Slice {
         let plane = axes[2].dot(Vec3::new(self.foot.x, 0.0, self.foot.y));
-        // A slab out of the middle of a shell would be a ring with nothing in it, be it a crown or a trunk.
-        let half =
-            if self.is_hollow { 1.5 * radius } else { (self.params.base_depth as f32 * radius).max(1.1 * self.trunk_radius) };
+        // A slab out of the middle of a shell would be a ring with nothing in it, be it a crown or a thick trunk.
+        let quarter = self.params.base_depth as f32 * radius;
+        let half = if self.is_hollow { 1.5 * radius } else { quarter.max(1.1 * self.trunk_radius) };
         let window = self.window(axes, [plane - half, plane + half]);
         Slice { card: self.card(name, axes, window, plane), has_wood: true, level: 1, facing: Facing::Any }
     }

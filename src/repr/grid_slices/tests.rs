@@ -1,5 +1,7 @@
 //! Tests of [`super`].
 
+use std::sync::LazyLock;
+
 use glam::Vec3;
 use proptest::prelude::*;
 
@@ -15,6 +17,8 @@ use crate::plant::presets::preset;
 use crate::plant::{DeriveParams, draw};
 use crate::raster::ALPHA_CUTOFF;
 use crate::repr::{Settings, SoftwareCapture, Stats, TreeSource};
+
+static CAPTURE: LazyLock<SoftwareCapture> = LazyLock::new(SoftwareCapture::default);
 
 /// Square leaves of 0.2 m, one at each place, all facing the same way, none of the axes'.
 fn leaves(places: &[Vec3]) -> Part {
@@ -69,7 +73,7 @@ fn settings(texts: &[&str]) -> Settings {
 }
 
 fn job<'a>(source: &'a TreeSource, settings: &'a Settings) -> Job<'a> {
-    Job { source, scope: Scope::Tree, settings, seed: Seed(1), capture: &SoftwareCapture }
+    Job { source, scope: Scope::Tree, settings, seed: Seed(1), capture: &*CAPTURE }
 }
 
 fn built(source: &TreeSource, texts: &[&str]) -> BuiltTree {
