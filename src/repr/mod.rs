@@ -11,6 +11,7 @@ pub mod card;
 mod crossed_planes;
 pub mod file;
 mod geometry;
+pub mod grid_slices;
 pub mod levels;
 mod meshopt;
 mod octahedral;
@@ -37,6 +38,7 @@ pub const METHODS: &[&dyn Representation] = &[
     &billboard::Billboard,
     &crossed_planes::CrossedPlanes,
     &slices::Slices,
+    &grid_slices::GridSlices,
     &octahedral::OctahedralImpostor,
     &meshopt::Meshopt,
 ];
@@ -69,7 +71,7 @@ pub struct Job<'a> {
 /// What an update of a built tree has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dirty {
-    /// Only these parts, by number.
+    /// Only the parts from the first number up to before the second.
     Parts(usize, usize),
     /// Everything.
     All,
@@ -115,10 +117,11 @@ pub trait Representation: Sync {
     fn build(&self, job: &Job) -> Result<BuiltTree>;
 
     /// Brings `built` up to date with a source that has grown on (Truelsen §9.2); unless a method knows better, all of it is built anew.
+    /// `turn` counts the calls, from 0: a method that does only a part of the work in each knows by it what comes next.
     ///
     /// # Errors
     /// As [`Representation::build`].
-    fn update(&self, built: &mut BuiltTree, job: &Job) -> Result<Dirty> {
+    fn update(&self, built: &mut BuiltTree, job: &Job, _turn: usize) -> Result<Dirty> {
         *built = self.build(job)?;
         Ok(Dirty::All)
     }
