@@ -8,6 +8,7 @@ mod built;
 mod capture;
 pub mod card;
 mod geometry;
+pub mod lodf;
 mod settings;
 mod source;
 mod stats;
