@@ -13,6 +13,7 @@ pub mod file;
 mod geometry;
 pub mod grid_slices;
 pub mod levels;
+pub mod lodf;
 mod meshopt;
 mod octahedral;
 mod pick;
