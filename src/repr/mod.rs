@@ -10,6 +10,7 @@ mod capture;
 pub mod card;
 mod crossed_planes;
 pub mod file;
+pub mod limits;
 mod geometry;
 pub mod grid_slices;
 pub mod levels;
