@@ -40,7 +40,8 @@ fn share_of(tree: Standing, for_sun: bool) -> f32 {
         return 1.0;
     }
     let way = frame.heights.x + frame.heights.y * distance(frame.eye, still(tree, presence.anchor));
-    let heights = way / (tree.scale * material.tree_height_m);
+    // Below 0: a level was told, wherever the viewer stands.
+    let heights = select(way / (tree.scale * material.tree_height_m), frame.heights.x, frame.heights.y < 0.0);
     let by_distance = rise(presence.appears, heights) * (1.0 - rise(presence.vanishes, heights));
     return by_distance * share_toward(toward_seer(tree, presence.anchor, for_sun));
 }

@@ -122,11 +122,19 @@ pub struct Shot {
     pub wind: WindParams,
     /// How outlines grow.
     pub growth: GrowthParams,
+    /// Draws every tree as if it were so many heights away, as [`repr::Seen`](crate::repr::Seen) has distances: one level of detail,
+    /// wherever the viewer stands. `None` for the level that belongs there.
+    pub level_distance: Option<f32>,
     /// Number of the frame: only [`GrowthKeys::Random`] asks for it.
     pub frame: u32,
 }
 
 impl Shot {
+    /// [`Camera::heights`] of the picture; a told level is a first number with a second below 0.
+    pub(crate) fn heights(&self) -> [f32; 2] {
+        self.level_distance.map_or_else(|| self.camera.heights(self.size_px[1]), |told| [told, -1.0])
+    }
+
     /// A lit picture under a sky in still air, as the parameters' defaults have it.
     pub fn new(camera: Camera, size_px: [u32; 2]) -> Self {
         Self {
@@ -140,6 +148,7 @@ impl Shot {
             light: LightParams::default(),
             wind: WindParams::default(),
             growth: GrowthParams::default(),
+            level_distance: None,
             frame: 0,
         }
     }
@@ -481,7 +490,7 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> lay
         sun_depth_m: sun.map_or(1.0, |sun| sun.depth_m),
         backward: shot.camera.axes[2].to_array(),
         layer: shot.camera.projection.layer(),
-        heights: shot.camera.heights(height),
+        heights: shot.heights(),
         pad: [0.0; 2],
     }
 }

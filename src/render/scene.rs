@@ -26,13 +26,15 @@ pub struct Viewer {
 impl Viewer {
     /// Of a picture.
     pub fn of(shot: &Shot) -> Self {
-        let heights = shot.camera.heights(shot.size_px[1]);
-        Self { camera: shot.camera, heights, toward_sun: shot.toward_sun.normalize_or(Vec3::Y) }
+        Self { camera: shot.camera, heights: shot.heights(), toward_sun: shot.toward_sun.normalize_or(Vec3::Y) }
     }
 
     /// How far it is from a point of a placed tree, in heights of the tree, as [`Seen`] has distances.
     pub fn distance(&self, tree: &Tree, at: Vec3, instance: &layout::Instance) -> f32 {
         let [plain, by_distance] = self.heights;
+        if by_distance < 0.0 {
+            return plain;
+        }
         let way_m = (self.camera.eye - placed_point(instance, at)).length();
         (plain + by_distance * way_m) / (instance.scale * tree.height_m())
     }
