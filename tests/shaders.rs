@@ -176,6 +176,8 @@ fn rust_structs() -> Vec<Layout> {
             grid,
             pivot,
             radius_m,
+            vanish_anchor,
+            pad,
         }),
     ]
 }

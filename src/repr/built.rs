@@ -135,6 +135,12 @@ pub enum Facing {
         /// The other side counts as this one.
         both_sides: bool,
     },
+    /// Each of its polygons from both its sides: the cosine as above, with the polygon's own normal (that of its first vertex) for an axis.
+    /// So many cards that cross fade edge-on in one part.
+    Own {
+        /// Where it begins and where it ends to fade.
+        cosines: [f32; 2],
+    },
 }
 
 /// How a part that is seen only in part is thinned out.
@@ -179,7 +185,8 @@ impl Seen {
         self.share_between(away(self.anchor), away(self.vanish_anchor.unwrap_or(self.anchor)))
     }
 
-    fn share_between(&self, near: f32, far: f32) -> f32 {
+    /// How much of it is seen at a distance from its anchor and another from where it vanishes, 0 to 1, whatever the side.
+    pub fn share_between(&self, near: f32, far: f32) -> f32 {
         let rise = |distance: f32, [from, to]: [f32; 2]| {
             if distance < from {
                 0.0
@@ -192,7 +199,8 @@ impl Seen {
         rise(near, self.appears) * (1.0 - rise(far, self.vanishes))
     }
 
-    /// How much of it is seen from the direction `toward_viewer` (unit length), 0 to 1, whatever the distance.
+    /// How much of it is seen from the direction `toward_viewer` (unit length), 0 to 1, whatever the distance; 1 where each polygon has a side
+    /// of its own.
     pub fn share_toward(&self, toward_viewer: Vec3) -> f32 {
         let Facing::Toward { axis, cosines: [none, all], level, both_sides } = self.facing else { return 1.0 };
         let flat = Vec3::new(toward_viewer.x, 0.0, toward_viewer.z);
@@ -207,6 +215,7 @@ impl Facing {
     fn is_sound(&self) -> bool {
         match self {
             Self::Any => true,
+            Self::Own { cosines: [none, all] } => none.is_finite() && all.is_finite() && none <= all,
             Self::Toward { axis, cosines: [none, all], .. } => {
                 axis.is_normalized() && none.is_finite() && all.is_finite() && none <= all
             }

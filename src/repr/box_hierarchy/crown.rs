@@ -8,6 +8,7 @@ use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::atlas::Atlas;
+use super::planes::Arrangement;
 use crate::geom::{Bounds, PolyMesh, Surface};
 use crate::model::{Material, Part, Wrap};
 use crate::raster::ALPHA_CUTOFF;
@@ -20,8 +21,8 @@ pub struct Crown {
     pub height_m: f32,
     /// Over which share of its distance a box fades.
     pub band: f32,
-    /// Whether pictures are seen from behind.
-    pub two_sided: bool,
+    /// How the pictures of a box are arranged.
+    pub arrangement: Arrangement,
     /// Parents before their children; number 0 is the whole crown.
     pub boxes: Vec<LeafBox>,
     /// The pictures of the boxes of every depth, from 0; those that are missing behind the first have not come yet.
@@ -58,11 +59,11 @@ pub struct BoxCard {
     pub corners: [Vec3; 4],
     /// Top left and bottom right of its picture in the atlas.
     pub uvs: [Vec2; 2],
-    /// Seen only along this axis: which of several sets of slices.
-    pub along: Option<Vec3>,
 }
 
-/// Slices are all seen from this cosine of the angle to their axis on, and none below the other; 0.577 is as far from all three axes.
+/// A picture is seen wholly from the second cosine of the angle to its normal on, and not at all below the first: edge-on it is a line.
+const SEEN: [f32; 2] = [0.1, 0.4];
+/// The same of slices, of which one set of the three is enough; 0.577 is as far from all.
 const SLICES_SEEN: [f32; 2] = [0.42, 0.57];
 
 impl LeafBox {
@@ -108,9 +109,9 @@ impl Crown {
             }
             let opens = self.opens(number);
             let near = opens.then(|| self.from(number));
-            parts.extend(self.pictures(number).map(|(part, facing)| {
-                BuiltPart::still(part).seen(Seen { facing, ..self.seen(own.anchor(), near, vanishes[number]) })
-            }));
+            let cosines = if self.arrangement == Arrangement::Volume { SLICES_SEEN } else { SEEN };
+            let seen = Seen { facing: Facing::Own { cosines }, ..self.seen(own.anchor(), near, vanishes[number]) };
+            parts.extend(self.pictures(number).map(|part| BuiltPart::still(part).seen(seen)));
             if opens && !own.divided {
                 let far = if self.shows(number) { Some(self.from(number)) } else { vanishes[number] };
                 let leaves = self.leaves.iter().filter(|(of, _)| *of as usize == number);
@@ -169,8 +170,8 @@ impl Crown {
         Seen { vanish_anchor: (far_at != near_at).then_some(far_at), ..Seen::between(near_at, near_m, far_m, self.band) }
     }
 
-    /// The pictures of a box: one part, or one for each set of slices.
-    fn pictures(&self, number: usize) -> impl Iterator<Item = (Part, Facing)> {
+    /// The pictures of a box, if it has any.
+    fn pictures(&self, number: usize) -> Option<Part> {
         let own = &self.boxes[number];
         let atlas = &self.atlases[own.depth as usize];
         let material = Material {
@@ -179,19 +180,12 @@ impl Crown {
             normal_texture: atlas.normals.clone(),
             wrap: Wrap::Clamp,
             alpha_cutoff: Some(ALPHA_CUTOFF),
-            two_sided: self.two_sided,
+            two_sided: self.arrangement != Arrangement::Axes,
             ..Material::default()
         };
-        own.cards.chunk_by(|a, b| a.along == b.along).enumerate().map(move |(set, cards)| {
-            let mut surface = Surface::default();
-            cards.iter().for_each(|card| surface.append(card.surface()));
-            let facing = match cards[0].along {
-                Some(axis) => Facing::Toward { axis, cosines: SLICES_SEEN, level: false, both_sides: true },
-                None => Facing::Any,
-            };
-            let name = if set == 0 { format!("box_{number}") } else { format!("box_{number}_{set}") };
-            (Part { name, surface, material: material.clone(), crown_center: None }, facing)
-        })
+        let mut surface = Surface::default();
+        own.cards.iter().for_each(|card| surface.append(card.surface()));
+        (!own.cards.is_empty()).then(|| Part { name: format!("box_{number}"), surface, material, crown_center: None })
     }
 }
 

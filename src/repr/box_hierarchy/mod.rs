@@ -133,17 +133,15 @@ pub fn crown(job: &Job) -> Result<Crown> {
         let Some((atlas, places)) = packed(own.iter().map(|(_, picture)| *picture), side_px) else { break };
         for ((number, picture), uvs) in own.into_iter().zip(places) {
             let plane = planes_of(&planned[number])[picture.plane];
-            let sliced = params.arrangement == Arrangement::Volume;
-            boxes[number].cards.push(BoxCard { corners: rectangle(&plane, side_px), uvs, along: sliced.then_some(plane.axes[2]) });
+            boxes[number].cards.push(BoxCard { corners: rectangle(&plane, side_px), uvs });
         }
         atlases.push(atlas);
     }
     let finest = (0..).zip(&planned).filter(|(_, own)| !own.divided);
     let leaves = finest.flat_map(|(number, own)| leaves_of(tree, &own.leaves).into_iter().map(move |part| (number, part)));
     let leaves = leaves.map(|(number, part)| (number, Part { name: format!("{}_of_box_{number}", part.name), ..part }));
-    let two_sided = params.arrangement != Arrangement::Axes;
     let mut crown =
-        Crown { height_m, band: params.box_fade as f32, two_sided, leaves: leaves.collect(), boxes, atlases };
+        Crown { height_m, band: params.box_fade as f32, arrangement: params.arrangement, leaves: leaves.collect(), boxes, atlases };
     crown.nest_distances();
     Ok(crown)
 }
