@@ -157,9 +157,13 @@ fn material_of(part: &Part, crown: u32, tree: Bounds) -> layout::Material {
 }
 
 fn presence_of(BuiltPart { part, drawn, seen }: &BuiltPart) -> layout::Presence {
-    let Seen { anchor, appears, vanishes, facing, fade } = *seen;
+    let Seen { anchor, vanish_anchor, appears, vanishes, facing, fade } = *seen;
     let (axis, cosines, facing) = match facing {
         Facing::Any => (Vec3::Z, [0.0; 2], 0),
+        Facing::Own { cosines } => {
+            let bits = layout::Presence::FACING_OWN | layout::Presence::FACING_BOTH;
+            (Vec3::Z, cosines, layout::Presence::FACING | bits)
+        }
         Facing::Toward { axis, cosines, level, both_sides } => {
             let bit = |set: bool, bit: u32| if set { bit } else { 0 };
             let bits = bit(level, layout::Presence::FACING_LEVEL) | bit(both_sides, layout::Presence::FACING_BOTH);
@@ -174,6 +178,8 @@ fn presence_of(BuiltPart { part, drawn, seen }: &BuiltPart) -> layout::Presence 
     };
     layout::Presence {
         anchor: anchor.to_array(),
+        vanish_anchor: vanish_anchor.unwrap_or(anchor).to_array(),
+        pad: 0.0,
         fade: match fade {
             _ if seen.is_always() => layout::Presence::FADE_NEVER,
             // What has no cutoff to raise is thinned out.

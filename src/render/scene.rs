@@ -41,7 +41,8 @@ impl Viewer {
 
     /// How much is seen of a part of a placed tree; `shaders/shared/presence.wgsl` reckons the same.
     pub fn share(&self, tree: &Tree, seen: &Seen, instance: &layout::Instance, kind: PassKind) -> f32 {
-        let by_distance = seen.share_at(self.distance(tree, seen.anchor, instance));
+        let away = |anchor| self.distance(tree, anchor, instance);
+        let by_distance = seen.share_between(away(seen.anchor), away(seen.vanish_anchor.unwrap_or(seen.anchor)));
         if by_distance <= 0.0 {
             return 0.0;
         }

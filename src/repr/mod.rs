@@ -5,6 +5,7 @@
 //! with a [`Representation`] and one row; only a new way of drawing is a new [`Drawn`].
 
 mod billboard;
+pub mod box_hierarchy;
 mod built;
 mod capture;
 pub mod card;
@@ -40,6 +41,7 @@ pub const METHODS: &[&dyn Representation] = &[
     &crossed_planes::CrossedPlanes,
     &slices::Slices,
     &grid_slices::GridSlices,
+    &box_hierarchy::BoxHierarchy,
     &octahedral::OctahedralImpostor,
     &meshopt::Meshopt,
 ];
