@@ -10,6 +10,7 @@ pub mod card;
 mod geometry;
 mod settings;
 mod source;
+mod sphere_board;
 mod stats;
 
 use std::time::Instant;
@@ -23,7 +24,7 @@ pub use source::{SourceKind, TreeSource};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.
-pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry];
+pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry, &sphere_board::SphereBoard];
 
 /// How much of a tree a method builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
