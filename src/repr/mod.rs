@@ -21,6 +21,7 @@ mod pick;
 mod settings;
 mod slices;
 mod source;
+mod sphere_board;
 mod stats;
 
 use std::time::Instant;
@@ -42,6 +43,7 @@ pub const METHODS: &[&dyn Representation] = &[
     &slices::Slices,
     &grid_slices::GridSlices,
     &box_hierarchy::BoxHierarchy,
+    &sphere_board::SphereBoard,
     &octahedral::OctahedralImpostor,
     &meshopt::Meshopt,
 ];
