@@ -4,6 +4,7 @@
 //! [`METHODS`] is the only list of them: the command line, the comparison, the groves and the tests walk it. Adding a method is one file
 //! with a [`Representation`] and one row; only a new way of drawing is a new [`Drawn`].
 
+mod billboard_cloud;
 mod built;
 mod capture;
 pub mod card;
@@ -26,7 +27,7 @@ pub use source::{SourceKind, TreeSource};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.
-pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry, &meshopt::Meshopt];
+pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry, &billboard_cloud::BillboardCloud, &meshopt::Meshopt];
 
 /// How much of a tree a method builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
