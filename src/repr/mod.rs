@@ -11,6 +11,7 @@ pub mod card;
 mod geometry;
 pub mod levels;
 mod meshopt;
+pub mod multichain;
 mod pick;
 mod settings;
 mod source;
@@ -27,7 +28,8 @@ pub use source::{SourceKind, TreeSource};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.
-pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry, &billboard_cloud::BillboardCloud, &meshopt::Meshopt];
+pub const METHODS: &[&dyn Representation] =
+    &[&geometry::Geometry, &billboard_cloud::BillboardCloud, &meshopt::Meshopt, &multichain::Multichain];
 
 /// How much of a tree a method builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -29,8 +29,8 @@ crate::params! {
         /// Levels of detail; 1 for the finest alone at all distances.
         levels: u32 = 3, in 1..=3, unit "", source "ours: 500, 200 and 55 planes";
         /// How far a corner of a leaf may be moved onto its plane, in heights of the tree, where there are planes enough.
-        bound: f64 = 0.01, in 0.0001..=0.5, unit "", source "Décoret et al. 2003, §3.1: an error bound in object space; ours: the value";
-        /// Texels along each side of the finest level's picture; each coarser level has half as many.
+        bound: f64 = 0.03, in 0.0001..=0.5, unit "", source "Décoret et al. 2003, §3.1: an error bound in object space; ours: the value";
+        /// Texels along each side of the finest level's picture; coarser ones have half as many.
         atlas_px: PowerOfTwo = PowerOfTwo(2048), in 64..=8192, unit "px", source "ours: a texel is a pixel at about two tree heights";
         /// How many pixels leaves may be off their places when a level takes over.
         error_px: f64 = 3.0, in 0.1..=64.0, unit "px", source "ours: where one leaf is among thousands, no one knows";
@@ -88,7 +88,7 @@ impl Representation for BillboardCloud {
             counts.par_iter().map(|share| sheets(&foliage.leaves, planes_of(*share, params.planes), bound_m, job.seed)).collect();
         let mut rungs = vec![];
         for (number, sheets) in made.iter().enumerate() {
-            let side_px = (params.atlas_px.0 >> number).max(64);
+            let side_px = (params.atlas_px.0 >> number.min(1)).max(64);
             let Some(part) = foliage.drawn(sheets, side_px, job.capture)? else { continue };
             let error_m = Misfit::of(&foliage.leaves, sheets, bound_m).rms_m;
             rungs.push(Rung { name: format!("{} planes", sheets.len()), error_m, parts: vec![part] });
@@ -257,4 +257,90 @@ fn cards(rectangles: &[Rectangle], places: &[Vec2], scale: f32) -> Surface {
         surface.mesh.quads.push([first, first + 1, first + 2, first + 3]);
     }
     surface
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Seed;
+    use crate::model::reference::{Asked, ReferenceTree};
+    use crate::raster::{View, render};
+    use crate::repr::{Order, Settings, SoftwareCapture, Stats, build};
+
+    fn built(source: &TreeSource, settings: &Settings) -> Result<BuiltTree> {
+        build(&Order { method: "billboard-cloud", trunk: None, settings, seed: Seed(1) }, source, &SoftwareCapture::default())
+    }
+
+    /// A tree of these leaves, squares of 20 cm, and a stick.
+    fn tree(leaves: &[(Vec3, Vec3)]) -> TreeSource {
+        let mut surface = Surface::default();
+        for (at, normal) in leaves {
+            let (u, v) = normal.any_orthonormal_pair();
+            let first = surface.mesh.positions.len() as u32;
+            surface.mesh.positions.extend([(-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)].map(|(x, y)| *at + x * u + y * v));
+            surface.normals.extend([*normal; 4]);
+            surface.mesh.quads.push([first, first + 1, first + 2, first + 3]);
+        }
+        let material =
+            crate::model::Material { factor: [0.1, 0.5, 0.1, 1.0], name: "leaf".to_owned(), two_sided: true, ..Default::default() };
+        let stick =
+            PolyMesh { positions: vec![Vec3::ZERO, 0.1 * Vec3::X, 2.0 * Vec3::Y], triangles: vec![[0, 1, 2]], quads: vec![] };
+        let stick = Surface { normals: vec![Vec3::Z; 3], mesh: stick, ..Surface::default() };
+        let parts = vec![
+            Part { name: "leaves".to_owned(), surface, material, crown_center: None },
+            Part { name: "wood".to_owned(), surface: stick, material: Default::default(), crown_center: None },
+        ];
+        let asked = Asked { leaves: vec!["leaf".to_owned()], ..Asked::default() };
+        TreeSource::reference(ReferenceTree::new("test".to_owned(), parts, &asked).unwrap())
+    }
+
+    #[test]
+    fn each_card_shows_its_own_leaves_where_they_are() {
+        // Two crossing sheets of leaves with gaps between them.
+        let leaf = |i: i32, j: i32, x: Vec3, normal: Vec3| (0.3 * i as f32 * x + (1.0 + 0.3 * j as f32) * Vec3::Y, normal);
+        let cells = || (-3..=3).flat_map(|i| (0..4).map(move |j| (i, j)));
+        let leaves: Vec<_> =
+            cells().map(|(i, j)| leaf(i, j, Vec3::X, Vec3::Z)).chain(cells().map(|(i, j)| leaf(i, j, Vec3::Z, Vec3::X))).collect();
+        let source = tree(&leaves);
+        let tree = built(&source, &Settings::default().with("planes", 2).with("levels", 1).with("atlas_px", 256)).unwrap();
+        let cloud = &tree.parts[0].part;
+        assert_eq!(cloud.surface.mesh.quads.len(), 2);
+        for azimuth_deg in [0.0f32, 37.0, 90.0, 200.0] {
+            let view = View::around(source.points(Scope::Tree), azimuth_deg.to_radians(), 0.2, 200, 200);
+            let of = |parts: Vec<&Part>| {
+                render(&parts.iter().map(|part| (&part.surface, part.material.raster())).collect::<Vec<_>>(), &view, None).unwrap()
+            };
+            let (mine, own) = (of(vec![cloud]), of(source.parts(Scope::Foliage)));
+            let pixels = || mine.coverage.as_raw().iter().zip(own.coverage.as_raw()).map(|(a, b)| (*a > 127, *b > 127));
+            let (both, either) = (pixels().filter(|(a, b)| *a && *b).count(), pixels().filter(|(a, b)| *a || *b).count());
+            assert!(both as f32 > 0.85 * either as f32, "{both} of {either} from {azimuth_deg}°");
+        }
+    }
+
+    #[test]
+    fn levels_have_fewer_planes_and_less_of_everything() {
+        let (source, _) = TreeSource::open("acacia", &Asked::default(), Seed(1)).unwrap();
+        let tree = built(&source, &Settings::default().with("planes", 100).with("atlas_px", 256)).unwrap();
+        let cards: Vec<usize> =
+            tree.parts.iter().filter(|part| part.part.name == "cloud").map(|part| part.part.surface.mesh.quads.len()).collect();
+        assert!(cards.len() == 3 && cards[0] <= 100 && cards[1] <= 40 && cards[2] <= 11 && cards[2] > 4, "{cards:?}");
+        let stats = Stats::of_levels(&tree);
+        assert!(stats[0].1.textures == 2 && stats.windows(2).all(|pair| pair[0].1.polygons > pair[1].1.polygons), "{stats:?}");
+        let again = built(&source, &Settings::default().with("planes", 100).with("atlas_px", 256)).unwrap();
+        assert!(tree.parts.iter().zip(&again.parts).all(|(a, b)| a.part == b.part), "the same seed gives the same cloud");
+    }
+
+    #[test]
+    fn a_bound_that_cannot_be_kept_is_said_and_one_leaf_is_enough() {
+        let scattered: Vec<_> =
+            (0..50).map(|i| (Vec3::new((i % 7) as f32, 1.0 + (i % 5) as f32, (i % 3) as f32), Vec3::Y)).collect();
+        let tree_of_two = built(&tree(&scattered), &Settings::default().with("planes", 2).with("bound", 0.001)).unwrap();
+        assert!(tree_of_two.warnings.iter().any(|warning| warning.code == "beyond-bound"));
+        let one = built(&tree(&[(Vec3::Y, Vec3::Z)]), &Settings::default()).unwrap();
+        assert!(one.parts.iter().any(|part| part.part.surface.mesh.quads.len() == 1));
+        let TreeSource::Reference(mut bare) = tree(&[(Vec3::Y, Vec3::Z)]) else { unreachable!("built as one") };
+        (bare.leaves, bare.foliage) = (vec![], vec![]);
+        let error = built(&TreeSource::Reference(bare), &Settings::default()).unwrap_err();
+        assert!(error.to_string().contains("it has no leaves"), "{error}");
+    }
 }
