@@ -5,6 +5,7 @@
 //! with a [`Representation`] and one row; only a new way of drawing is a new [`Drawn`].
 
 mod billboard;
+mod billboard_cloud;
 pub mod box_hierarchy;
 mod built;
 mod capture;
@@ -16,6 +17,7 @@ pub mod grid_slices;
 pub mod levels;
 pub mod lodf;
 mod meshopt;
+pub mod multichain;
 mod octahedral;
 mod pick;
 mod settings;
@@ -45,7 +47,9 @@ pub const METHODS: &[&dyn Representation] = &[
     &box_hierarchy::BoxHierarchy,
     &sphere_board::SphereBoard,
     &octahedral::OctahedralImpostor,
+    &billboard_cloud::BillboardCloud,
     &meshopt::Meshopt,
+    &multichain::Multichain,
 ];
 
 /// How much of a tree a method builds.
