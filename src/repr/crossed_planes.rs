@@ -1,0 +1,128 @@
+//! Upright planes that cross in the trunk's axis, each with its own picture of the whole tree, the same seen from both sides (She §1.2.2,
+//! fig. 2b; Truelsen A.2, fig. 34). Seen from the sky they disappear (She fig. 17c); a level plane with a picture from above helps.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::billboard::nothing_seen;
+use super::card::{self, Card};
+use super::{BuiltPart, BuiltTree, Facing, Job, Representation, Scope, Seen, SourceKind, Switch, TreeSource};
+use crate::Result;
+use crate::geom::Bounds;
+use crate::params::{ParamSet, ParamSpec, PowerOfTwo};
+use crate::raster::View;
+
+crate::params! {
+    /// How crossed planes are made.
+    pub struct CrossedPlanesParams {
+        /// Upright planes at equal angles.
+        planes: u32 = 2, in 2..=8, unit "", source "She fig. 2b";
+        /// A level plane at the crown's widest, against the view from above.
+        level: Switch = Switch::Off, unit "", source "She fig. 17: the papers have none";
+        /// Upright planes seen at a flatter angle than this fade away; 0 shows all of them to everyone.
+        fade_deg: f64 = 0.0, in 0..=45, unit "°", source "the papers' planes do not fade";
+        /// Texels along the longer side of each picture.
+        texture_px: PowerOfTwo = PowerOfTwo(512), in 16..=2048, unit "px", source "Truelsen table 4: 1024 to 64";
+    }
+}
+
+/// The level plane is not seen by who looks at it at a flatter angle than the first, so that it is no line across the tree; all of it at
+/// the second. Degrees.
+const LEVEL_FADES_DEG: [f32; 2] = [10.0, 40.0];
+/// Into how many layers the crown is cut to find its widest.
+const LAYERS: usize = 24;
+
+/// Planes through the trunk.
+pub struct CrossedPlanes;
+
+impl Representation for CrossedPlanes {
+    fn id(&self) -> &'static str {
+        "crossed-planes"
+    }
+
+    fn name(&self) -> &'static str {
+        "Crossed planes"
+    }
+
+    fn citation(&self) -> &'static str {
+        "She et al. 2018, §1.2.2 and fig. 2b; Truelsen & Bonding 2008, appendix A.2"
+    }
+
+    fn accepts(&self) -> &'static [SourceKind] {
+        SourceKind::ALL
+    }
+
+    fn specs(&self) -> Vec<ParamSpec> {
+        CrossedPlanesParams::specs()
+    }
+
+    fn refuses(&self, source: &TreeSource) -> Option<String> {
+        source.without_extent()
+    }
+
+    fn build(&self, job: &Job) -> Result<BuiltTree> {
+        let params: CrossedPlanesParams = job.settings.read()?;
+        let bounds = job.source.box_of_all()?;
+        let foot = job.source.foot();
+        let all_around = |axes| card::window_around(job.source.points(job.scope), axes).unwrap_or(bounds);
+
+        let mut cards = vec![];
+        let mut seen = vec![];
+        for k in 0..params.planes {
+            let axes = View::axes_from(PI * k as f32 / params.planes as f32, 0.0);
+            let window = all_around(axes);
+            let size_px = Card::size_px(window, params.texture_px.0);
+            cards.push(Card { name: format!("plane_{k}"), axes, window, plane: axes[2].dot(foot), size_px });
+            seen.push(upright_seen(axes[2], params.fade_deg as f32));
+        }
+        if params.level == Switch::On {
+            let axes = View::axes_from(0.0, 0.5 * PI);
+            let window = all_around(axes);
+            let size_px = Card::size_px(window, params.texture_px.0);
+            cards.push(Card { name: "level".to_owned(), axes, window, plane: widest_height(job.source, bounds), size_px });
+            seen.push(Facing::Toward {
+                axis: Vec3::Y,
+                cosines: LEVEL_FADES_DEG.map(|deg| deg.to_radians().sin()),
+                level: false,
+                both_sides: true,
+            });
+        }
+
+        let anchor = foot.with_y(bounds.center().y);
+        let taken = card::captured(job.capture, &job.source.parts(job.scope), &cards)?;
+        let parts: Vec<BuiltPart> = taken
+            .into_iter()
+            .zip(seen)
+            .filter_map(|(part, facing)| Some(BuiltPart::still(part?).seen(Seen { anchor, facing, ..Seen::default() })))
+            .collect();
+        if parts.is_empty() {
+            return Err(nothing_seen(self, job.source));
+        }
+        Ok(BuiltTree::new(bounds, parts))
+    }
+}
+
+/// From which azimuths a plane across `axis` is seen: the angle between plane and line of sight counts, wherever it is seen from above.
+fn upright_seen(axis: Vec3, fade_deg: f32) -> Facing {
+    if fade_deg <= 0.0 {
+        return Facing::Any;
+    }
+    Facing::Toward { axis, cosines: [0.0, fade_deg.to_radians().sin()], level: true, both_sides: true }
+}
+
+/// Height at which the leaves, or what there is, reach farthest: of layers of equal height the one with the largest box on the ground.
+fn widest_height(source: &TreeSource, bounds: Bounds) -> f32 {
+    let scope = if source.bounds(Scope::Foliage).is_some() { Scope::Foliage } else { Scope::Tree };
+    let all = source.bounds(scope).unwrap_or(bounds);
+    let (low, high) = (all.min.y, all.max.y.max(all.min.y + 1e-6));
+    let mut layers = vec![None::<Bounds>; LAYERS];
+    for p in source.points(scope) {
+        let layer = ((p.y - low) / (high - low) * LAYERS as f32) as usize;
+        let layer = &mut layers[layer.min(LAYERS - 1)];
+        *layer = Some(layer.map_or(Bounds { min: p, max: p }, |b| Bounds { min: b.min.min(p), max: b.max.max(p) }));
+    }
+    let area = |layer: &Option<Bounds>| layer.map_or(0.0, |b| b.size().x * b.size().z);
+    let widest = (0..LAYERS).max_by(|a, b| area(&layers[*a]).total_cmp(&area(&layers[*b]))).unwrap_or(0);
+    low + (widest as f32 + 0.5) / LAYERS as f32 * (high - low)
+}
