@@ -211,7 +211,7 @@ impl Drawn {
     /// Finite numbers, and no more frames than an atlas has texels.
     fn is_sound(&self) -> bool {
         match self {
-            Self::Still => true,
+            Self::Still | Self::Forest(_) => true,
             Self::Turned { pivot, .. } => pivot.is_finite(),
             Self::Octahedral(Octahedral { grid, center, radius_m }) => {
                 (2..=64).contains(grid) && center.is_finite() && radius_m.is_finite() && *radius_m > 0.0

@@ -68,6 +68,13 @@ impl LeafForest {
         self.forest.bytes() + size_of_val(&self.ends[..]) + size_of_val(&self.crown.spheres[..])
     }
 
+    /// Bytes of the leaves of all levels and of one tree's list on a device, beside the corners of the originals.
+    pub fn device_bytes(&self) -> usize {
+        const LEAF: usize = 32;
+        let of_tree = size_of::<u32>() * self.forest.leaves() + size_of::<ClusterLevel>() * (self.forest.clusters() + 1);
+        LEAF * self.forest.all_leaves() + of_tree
+    }
+
     /// How many leaves are shown of the whole at a distance, in heights.
     pub fn leaves_at(&self, distance: f32) -> usize {
         self.forest.leaves() - collapses(&self.forest, self.detail.share(distance)) as usize

@@ -6,8 +6,8 @@
 
 use std::fmt::Write as _;
 
-use super::forest::Forest;
 use super::LeafForest;
+use super::forest::Forest;
 
 /// Bytes of a leaf's four corners as numbers.
 const CORNERS: usize = 16;
@@ -117,7 +117,8 @@ pub fn table(rows: &[Row]) -> String {
     for row in rows {
         let Row { tree, originals, n, leaves, groups, .. } = row;
         let _ = write!(text, "| {tree} | {originals} | {n} | {leaves} | {groups} | {:.2} ", mb(row.original_bytes));
-        let _ = write!(text, "| {:.2} | {:.3} | {:.2} | {:.3} ", mb(row.vdf_bytes), row.vdf_ratio(), mb(row.lodf_bytes), row.ratio());
+        let _ =
+            write!(text, "| {:.2} | {:.3} | {:.2} | {:.3} ", mb(row.vdf_bytes), row.vdf_ratio(), mb(row.lodf_bytes), row.ratio());
         let _ = write!(text, "| {:.2} | {:.3} ", mb(row.with_device_bytes), row.device_ratio());
         let _ = writeln!(text, "| {:.3} | {:.3} |", row.bare_ratio(), row.stored_ratio());
     }
