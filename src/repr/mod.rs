@@ -49,6 +49,7 @@ pub const METHODS: &[&dyn Representation] = &[
     &octahedral::OctahedralImpostor,
     &billboard_cloud::BillboardCloud,
     &meshopt::Meshopt,
+    &lodf::Lodf,
     &multichain::Multichain,
 ];
 
