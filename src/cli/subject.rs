@@ -106,7 +106,7 @@ impl Wish {
     /// Those of [`repr::build`].
     pub fn build(&self, method: &str, source: &TreeSource) -> Result<BuiltTree> {
         let order = Order { method, trunk: self.trunk.as_deref(), settings: &self.settings, seed: self.seed };
-        let built = repr::build(&order, source, &SoftwareCapture)?;
+        let built = repr::build(&order, source, &SoftwareCapture::new())?;
         warn(source.name(), &built.warnings);
         Ok(built)
     }

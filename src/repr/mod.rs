@@ -15,6 +15,8 @@ mod settings;
 mod slices;
 mod source;
 mod stats;
+#[cfg(test)]
+mod trial;
 
 use std::time::Instant;
 
