@@ -9,8 +9,14 @@ mod built;
 mod capture;
 pub mod card;
 mod crossed_planes;
+pub mod file;
 mod geometry;
+pub mod grid_slices;
+pub mod levels;
+pub mod lodf;
+mod meshopt;
 mod octahedral;
+mod pick;
 mod settings;
 mod slices;
 mod source;
@@ -25,12 +31,20 @@ use crate::{Error, Result, Seed};
 pub use built::{BuiltPart, BuiltTree, Drawn, Facing, Fade, Level, Octahedral, REFERENCE_FOCAL_PX, Seen};
 pub use capture::{Capture, SoftwareCapture};
 pub use settings::{Settings, Switch, tabled};
-pub use source::{SourceKind, TreeSource};
+pub use source::{SourceKind, TreeSource, open_model};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.
-pub const METHODS: &[&dyn Representation] =
-    &[&geometry::Geometry, &billboard::Billboard, &crossed_planes::CrossedPlanes, &slices::Slices, &octahedral::OctahedralImpostor];
+#[rustfmt::skip]
+pub const METHODS: &[&dyn Representation] = &[
+    &geometry::Geometry,
+    &billboard::Billboard,
+    &crossed_planes::CrossedPlanes,
+    &slices::Slices,
+    &grid_slices::GridSlices,
+    &octahedral::OctahedralImpostor,
+    &meshopt::Meshopt,
+];
 
 /// How much of a tree a method builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,7 +74,7 @@ pub struct Job<'a> {
 /// What an update of a built tree has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dirty {
-    /// Only these parts, by number.
+    /// Only the parts from the first number up to before the second.
     Parts(usize, usize),
     /// Everything.
     All,
@@ -106,10 +120,11 @@ pub trait Representation: Sync {
     fn build(&self, job: &Job) -> Result<BuiltTree>;
 
     /// Brings `built` up to date with a source that has grown on (Truelsen §9.2); unless a method knows better, all of it is built anew.
+    /// `turn` counts the calls, from 0: a method that does only a part of the work in each knows by it what comes next.
     ///
     /// # Errors
     /// As [`Representation::build`].
-    fn update(&self, built: &mut BuiltTree, job: &Job) -> Result<Dirty> {
+    fn update(&self, built: &mut BuiltTree, job: &Job, _turn: usize) -> Result<Dirty> {
         *built = self.build(job)?;
         Ok(Dirty::All)
     }
