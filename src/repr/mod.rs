@@ -25,6 +25,8 @@ mod slices;
 mod source;
 mod sphere_board;
 mod stats;
+#[cfg(test)]
+mod trial;
 
 use std::time::Instant;
 
