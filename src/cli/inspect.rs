@@ -11,6 +11,7 @@ use crate::geom::Bounds;
 use crate::model::reference::{ReferenceTree, Role};
 use crate::model::{Part, Wrap};
 
+use super::bake::grouped;
 use super::batch::text_of;
 use super::{Outcome, say, subject};
 
@@ -168,11 +169,4 @@ fn looks(part: &Part) -> String {
 /// A name that fits its column.
 fn cut(name: &str) -> String {
     if name.chars().count() <= 24 { name.to_owned() } else { name.chars().take(23).chain(['…']).collect() }
-}
-
-/// 1234567 as 1,234,567.
-fn grouped(number: usize) -> String {
-    let digits = number.to_string();
-    let groups: Vec<&str> = digits.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
-    groups.join(",")
 }

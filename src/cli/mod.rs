@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 all done, 1 at least one photograph failed (the others are written), 2 the arguments make no sense (nothing is written).
 
+mod bake;
 mod batch;
 mod doctor;
 mod grow;
@@ -43,6 +44,7 @@ pub fn run() -> ExitCode {
         }
     };
     let outcome = match matches.subcommand() {
+        Some(("bake", m)) => bake::run(m),
         Some(("doctor", m)) => doctor::run(m),
         Some(("methods", m)) => methods::run(m),
         Some(("model", m)) => model::run(m),
@@ -85,6 +87,7 @@ fn command() -> Command {
         .subcommand(render::command().after_help(ABOUT_SHE))
         .subcommand(view::command())
         .subcommand(methods::command())
+        .subcommand(bake::command())
         .subcommand(doctor::command())
         .subcommand(grow::command())
         .subcommand(inspect::command())

@@ -11,7 +11,6 @@ use indicatif::ProgressBar;
 use crate::geom::Bounds;
 use crate::gpu::layout::Instance;
 use crate::model::Part;
-use crate::model::import::{self, Imported};
 use crate::raster::{FRAME_MS, exr_depth, gif, png, webp};
 use crate::render::{Picture, Renderer, Shot, Stand, Tree};
 use crate::repr::BuiltTree;
@@ -76,13 +75,6 @@ pub fn run(matches: &ArgMatches) -> Outcome {
         say::out(&target.display().to_string());
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// A model; what was read otherwise than the file says is told.
-pub fn read_model(path: &Path) -> Result<Imported> {
-    let imported = import::open(path)?;
-    imported.warnings.iter().for_each(|warning| say::err(&format!("{}: warning: {}", path.display(), warning.message)));
-    Ok(imported)
 }
 
 /// Puts onto the device what of a tree is seen from `distance_m`; our own models know how their outlines grow.

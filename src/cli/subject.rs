@@ -1,5 +1,6 @@
 //! What a command is about: a tree, and the method that stands for it. The same options for all commands that build or draw.
 
+use std::path::Path;
 use std::time::Duration;
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
@@ -9,10 +10,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::geom::Bounds;
 use crate::model::reference::Asked;
 use crate::plant::presets::preset;
-use crate::repr::{self, BuiltPart, BuiltTree, Order, Scope, Settings, SoftwareCapture, TreeSource};
-use crate::{Error, Result, Seed, Warning};
+use crate::repr::{self, BuiltPart, BuiltTree, Order, Scope, Settings, SoftwareCapture, TreeSource, file};
+use crate::{Error, Result, Seed, Warning, files};
 
-use super::{options, render, say};
+use super::{options, say};
 
 /// What a source may be, for help.
 pub const SOURCE_HELP: &str =
@@ -100,13 +101,17 @@ impl Wish {
         Ok(source)
     }
 
+    /// What to build.
+    pub fn order<'a>(&'a self, method: &'a str) -> Order<'a> {
+        Order { method, trunk: self.trunk.as_deref(), settings: &self.settings, seed: self.seed }
+    }
+
     /// The wished-for stand-in of `source`.
     ///
     /// # Errors
     /// Those of [`repr::build`].
     pub fn build(&self, method: &str, source: &TreeSource) -> Result<BuiltTree> {
-        let order = Order { method, trunk: self.trunk.as_deref(), settings: &self.settings, seed: self.seed };
-        let built = repr::build(&order, source, &SoftwareCapture::new())?;
+        let built = repr::build(&self.order(method), source, &SoftwareCapture::new())?;
         warn(source.name(), &built.warnings);
         Ok(built)
     }
@@ -114,7 +119,7 @@ impl Wish {
     /// What is to be drawn of the tree of that name: what the method makes of it, or without one what is in the file.
     ///
     /// # Errors
-    /// Those of [`Wish::source`] and [`Wish::build`], or of [`render::read_model`].
+    /// Those of [`Wish::source`] and [`Wish::build`], or of [`repr::open_model`].
     pub fn subject(&self, text: &str) -> Result<Subject> {
         if let Some(method) = &self.method {
             let bar = spinner(format!("{text}: growing or reading it"));
@@ -133,12 +138,29 @@ impl Wish {
                 built: BuiltTree::new(source.box_of_all()?, parts),
             });
         }
-        let imported = render::read_model(text.as_ref())?;
+        if let Some(built) = baked(text.as_ref()) {
+            return Ok(Subject { points: corners(built.bounds), built });
+        }
+        let imported = repr::open_model(text)?;
+        warn(text, &imported.warnings);
         let growth = imported.tree_model.as_ref().map(|model| model.about.growth);
         let points: Vec<Vec3> = imported.parts.iter().flat_map(|part| part.surface.mesh.positions.iter().copied()).collect();
         let bounds = Bounds::of(points.iter().copied()).ok_or_else(|| Error::EmptyModel { why: String::new() })?;
         let parts = imported.parts.into_iter().map(BuiltPart::still).collect();
         Ok(Subject { built: BuiltTree { growth, ..BuiltTree::new(bounds, parts) }, points })
+    }
+}
+
+/// What `sphereboard bake` wrote; `None` for any other file, and with a warning for one that was changed.
+fn baked(path: &Path) -> Option<BuiltTree> {
+    // What cannot be read is told by whoever reads it next.
+    let bytes = files::read_whole(path, u64::MAX).ok()?;
+    match file::read(&bytes)? {
+        Ok((built, _)) => Some(built),
+        Err(error) => {
+            say::err(&format!("{}: warning: a baked tree that was changed is read as any other mesh: {error}", path.display()));
+            None
+        }
     }
 }
 

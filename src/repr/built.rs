@@ -159,6 +159,11 @@ impl Seen {
         Self { anchor, appears, vanishes, ..Self::default() }
     }
 
+    /// Whether all of it is seen at any distance from every side.
+    pub fn is_always(&self) -> bool {
+        self.appears[1] <= 0.0 && self.vanishes[0] == f32::MAX && self.facing == Facing::Any
+    }
+
     /// How much of it is seen at a distance, 0 to 1, whatever the side.
     pub fn share_at(&self, distance: f32) -> f32 {
         let rise = |[from, to]: [f32; 2]| {
@@ -180,6 +185,31 @@ impl Seen {
         let toward = if level { flat.normalize_or(Vec3::Z) } else { toward_viewer };
         let cosine = if both_sides { axis.dot(toward).abs() } else { axis.dot(toward) };
         if all > none { ((cosine - none) / (all - none)).clamp(0.0, 1.0) } else { f32::from(u8::from(cosine >= all)) }
+    }
+}
+
+impl Facing {
+    /// A unit axis, and cosines that rise or are equal.
+    fn is_sound(&self) -> bool {
+        match self {
+            Self::Any => true,
+            Self::Toward { axis, cosines: [none, all], .. } => {
+                axis.is_normalized() && none.is_finite() && all.is_finite() && none <= all
+            }
+        }
+    }
+}
+
+impl Drawn {
+    /// Finite numbers, and no more frames than an atlas has texels.
+    fn is_sound(&self) -> bool {
+        match self {
+            Self::Still => true,
+            Self::Turned { pivot, .. } => pivot.is_finite(),
+            Self::Octahedral(Octahedral { grid, center, radius_m }) => {
+                (2..=64).contains(grid) && center.is_finite() && radius_m.is_finite() && *radius_m > 0.0
+            }
+        }
     }
 }
 
@@ -235,14 +265,20 @@ impl BuiltTree {
     /// # Errors
     /// What is wrong, in words.
     pub fn check(&self) -> Result<(), String> {
+        if !self.bounds.min.is_finite() || !self.bounds.max.is_finite() {
+            return Err("its box is not finite".to_owned());
+        }
         if self.parts.is_empty() || self.levels.is_empty() {
             return Err("nothing was built".to_owned());
         }
-        for BuiltPart { part, seen, .. } in &self.parts {
+        for BuiltPart { part, drawn, seen } in &self.parts {
             part.check().map_err(|what| format!("{}: {what}", part.name))?;
             let ends = [seen.appears[0], seen.appears[1], seen.vanishes[0], seen.vanishes[1]];
             if !seen.anchor.is_finite() || ends.iter().any(|d| d.is_nan() || *d < 0.0) || !ends.is_sorted() {
                 return Err(format!("{}: it appears and vanishes at {ends:?}, which are no rising distances", part.name));
+            }
+            if !seen.facing.is_sound() || !drawn.is_sound() {
+                return Err(format!("{}: its axes and pivots are not finite", part.name));
             }
         }
         let distances = self.levels.iter().map(|level| level.distance);

@@ -9,9 +9,11 @@ mod built;
 mod capture;
 pub mod card;
 mod crossed_planes;
+pub mod file;
 mod geometry;
 pub mod grid_slices;
 pub mod levels;
+pub mod lodf;
 mod meshopt;
 mod octahedral;
 mod pick;
@@ -27,7 +29,7 @@ use crate::{Error, Result, Seed};
 pub use built::{BuiltPart, BuiltTree, Drawn, Facing, Fade, Level, Octahedral, REFERENCE_FOCAL_PX, Seen};
 pub use capture::{Capture, SoftwareCapture};
 pub use settings::{Settings, Switch, tabled};
-pub use source::{SourceKind, TreeSource};
+pub use source::{SourceKind, TreeSource, open_model};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::geom::Bounds;
 use crate::model::grown::{dress_preset, preset_skeleton};
-use crate::model::import;
+use crate::model::import::{self, Imported};
 use crate::model::reference::{Asked, ReferenceTree};
 use crate::model::{Growth, Part, TreeModel};
 use crate::plant::Skeleton;
@@ -59,6 +59,20 @@ impl SourceKind {
     }
 }
 
+/// The model file that a user names where a preset might stand as well.
+///
+/// # Errors
+/// [`Error::UnknownTree`] where there is no such file, which names the presets; those of [`import::open`].
+pub fn open_model(text: &str) -> Result<Imported> {
+    import::open(Path::new(text)).map_err(|error| match error {
+        Error::NoSuchFile { .. } => {
+            let known = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+            Error::UnknownTree { known, found: text.to_owned() }
+        }
+        other => other,
+    })
+}
+
 impl TreeSource {
     /// What a user names: a preset, grown here with its bones, or the file of a model. `asked` says which materials of a file are wood or
     /// foliage.
@@ -70,13 +84,7 @@ impl TreeSource {
             return Self::grown(preset, None, asked, seed);
         }
         let path = Path::new(text);
-        let imported = import::open(path).map_err(|error| match error {
-            Error::NoSuchFile { .. } => {
-                let known = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
-                Error::UnknownTree { known, found: text.to_owned() }
-            }
-            other => other,
-        })?;
+        let imported = open_model(text)?;
         let name = path.file_stem().map_or_else(|| "tree".to_owned(), |stem| stem.to_string_lossy().into_owned());
         if let Some(model) = imported.tree_model {
             return Ok((Self::model(name, model), imported.warnings));
