@@ -163,7 +163,14 @@ pub enum Fade {
 
 impl Default for Seen {
     fn default() -> Self {
-        Self { anchor: Vec3::ZERO, vanish_anchor: None, appears: [0.0; 2], vanishes: [f32::MAX; 2], facing: Facing::Any, fade: Fade::Hashed }
+        Self {
+            anchor: Vec3::ZERO,
+            vanish_anchor: None,
+            appears: [0.0; 2],
+            vanishes: [f32::MAX; 2],
+            facing: Facing::Any,
+            fade: Fade::Hashed,
+        }
     }
 }
 
@@ -314,7 +321,11 @@ impl BuiltTree {
         for BuiltPart { part, drawn, seen } in &self.parts {
             part.check().map_err(|what| format!("{}: {what}", part.name))?;
             let ends = [seen.appears[0], seen.appears[1], seen.vanishes[0], seen.vanishes[1]];
-            if !seen.anchor.is_finite() || seen.vanish_anchor.is_some_and(|anchor| !anchor.is_finite()) || ends.iter().any(|d| d.is_nan() || *d < 0.0) || !ends.is_sorted() {
+            if !seen.anchor.is_finite()
+                || seen.vanish_anchor.is_some_and(|anchor| !anchor.is_finite())
+                || ends.iter().any(|d| d.is_nan() || *d < 0.0)
+                || !ends.is_sorted()
+            {
                 return Err(format!("{}: it appears and vanishes at {ends:?}, which are no rising distances", part.name));
             }
             if !seen.facing.is_sound() || !drawn.is_sound() {

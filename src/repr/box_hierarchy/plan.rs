@@ -50,10 +50,10 @@ pub fn plan(branches: &Branches, rules: Rules) -> Vec<PlannedBox> {
     let mut waiting = vec![(0usize, vec![order.item(0)])];
     loop {
         // The one that would be drawn in most leaves from furthest off; of equals the first.
-        let saves = |(number, _): &(usize, Vec<Item>)| {
-            boxes[*number].leaves.len() as f32 * boxes[*number].bounds.size().max_element()
-        };
-        let first = |a: &usize, b: &usize| saves(&waiting[*a]).total_cmp(&saves(&waiting[*b])).then(waiting[*b].0.cmp(&waiting[*a].0));
+        let saves =
+            |(number, _): &(usize, Vec<Item>)| boxes[*number].leaves.len() as f32 * boxes[*number].bounds.size().max_element();
+        let first =
+            |a: &usize, b: &usize| saves(&waiting[*a]).total_cmp(&saves(&waiting[*b])).then(waiting[*b].0.cmp(&waiting[*a].0));
         let Some(at) = (0..waiting.len()).max_by(first) else { return boxes };
         let (number, items) = waiting.swap_remove(at);
         let groups = order.divided(items, rules, rules.most_boxes.saturating_sub(boxes.len()));
@@ -65,13 +65,7 @@ pub fn plan(branches: &Branches, rules: Rules) -> Vec<PlannedBox> {
             let leaves: Vec<u32> = group.iter().flat_map(|item| order.leaves[item.leaves.clone()].iter().copied()).collect();
             let Some(bounds) = around(branches, &leaves) else { continue };
             waiting.push((boxes.len(), group));
-            boxes.push(PlannedBox {
-                parent: Some(number as u32),
-                depth: boxes[number].depth + 1,
-                leaves,
-                bounds,
-                divided: false,
-            });
+            boxes.push(PlannedBox { parent: Some(number as u32), depth: boxes[number].depth + 1, leaves, bounds, divided: false });
         }
     }
 }
@@ -134,8 +128,7 @@ impl<'a> Order<'a> {
     /// What grows on a branch: its own leaves one by one, and the branches that bear any.
     fn on(&self, branch: u32) -> impl Iterator<Item = Item> {
         let own = self.ranges[branch as usize].start..self.own_ends[branch as usize];
-        let leaf =
-            |at: usize| Item { bounds: self.branches.leaves[self.leaves[at] as usize], leaves: at..at + 1, branch: None };
+        let leaf = |at: usize| Item { bounds: self.branches.leaves[self.leaves[at] as usize], leaves: at..at + 1, branch: None };
         let children = self.children[branch as usize].iter().map(|child| self.item(*child));
         own.map(leaf).chain(children.filter(|item| !item.leaves.is_empty()))
     }

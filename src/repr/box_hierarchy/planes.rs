@@ -59,7 +59,14 @@ fn corners(bounds: Bounds) -> impl Iterator<Item = Vec3> {
 /// From the front, the right, behind, the left, above and below.
 fn sides() -> [[Vec3; 3]; 6] {
     let round = |quarter: f32| View::axes_from(quarter * FRAC_PI_2, 0.0);
-    [round(0.0), round(1.0), View::axes_from(PI, 0.0), round(3.0), View::axes_from(0.0, FRAC_PI_2), View::axes_from(0.0, -FRAC_PI_2)]
+    [
+        round(0.0),
+        round(1.0),
+        View::axes_from(PI, 0.0),
+        round(3.0),
+        View::axes_from(0.0, FRAC_PI_2),
+        View::axes_from(0.0, -FRAC_PI_2),
+    ]
 }
 
 /// Perpendicular to the planes through opposite edges: two that contain each of the upright, the right and the front axis.

@@ -21,7 +21,15 @@ fn figures() {
     println!("{name}: {:.2} s", begun.elapsed().as_secs_f32());
     for (i, b) in crown.boxes.iter().enumerate() {
         let size = b.bounds().size();
-        println!("{i:3} parent {:?} depth {} leaves {:5} divided {} distance {:.2} size {size:.1} cards {}", b.parent, b.depth, b.leaves, b.divided, b.distance, b.cards.len());
+        println!(
+            "{i:3} parent {:?} depth {} leaves {:5} divided {} distance {:.2} size {size:.1} cards {}",
+            b.parent,
+            b.depth,
+            b.leaves,
+            b.divided,
+            b.distance,
+            b.cards.len()
+        );
     }
     for (d, atlas) in crown.atlases.iter().enumerate() {
         println!("atlas {d}: {:?}", atlas.color.dimensions());
