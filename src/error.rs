@@ -495,6 +495,23 @@ pub enum Error {
         /// Why not.
         why: String,
     },
+    // ---- Comparisons: compare/ ----
+    /// A line in a file of views that is none.
+    #[error("expected `AZIMUTH ELEVATION` in degrees (-360 to 360, -90 to 90) in line {line} of the views, but found: {found}")]
+    ViewLine {
+        /// Counted from 1.
+        line: usize,
+        /// What it says.
+        found: String,
+    },
+    /// The folder of another comparison.
+    #[error(
+        "{folder} holds another comparison (of another tree, plan, seed, version or adapter); choose another folder, or drop what is there with --anew"
+    )]
+    OtherComparison {
+        /// The folder.
+        folder: PathBuf,
+    },
     // ---- Photographs of reference trees: report/studio ----
     /// Neither a preset nor a file.
     #[error(
