@@ -37,7 +37,8 @@ fn share_toward(toward: vec3f, normal: vec3f) -> f32 {
 // How far the viewer is from a point of the tree, in its heights.
 fn heights_to(tree: Standing, at: vec3f) -> f32 {
     let way = frame.heights.x + frame.heights.y * distance(frame.eye, still(tree, at));
-    return way / (tree.scale * material.tree_height_m);
+    // Below 0: a level was told, wherever the viewer stands.
+    return select(way / (tree.scale * material.tree_height_m), frame.heights.x, frame.heights.y < 0.0);
 }
 
 // 0 where nothing of a polygon of that normal (object space) is seen, 1 where all of it is. Distances are the viewer's in the sun's map too, so that what casts a shadow

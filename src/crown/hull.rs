@@ -63,18 +63,18 @@ pub(super) struct Side {
 
 /// Views, axis and centre of one crown.
 #[derive(Debug, Clone)]
-pub(super) struct Hull {
-    pub views: Vec<View>,
-    pub center: DVec3,
+pub struct Hull {
+    pub(super) views: Vec<View>,
+    pub(super) center: DVec3,
     /// Unit vector upward along the crown.
-    pub axis: DVec3,
+    pub(super) axis: DVec3,
     /// Left and right of every view, by azimuth.
-    pub sides: Vec<Side>,
+    pub(super) sides: Vec<Side>,
 }
 
 impl Hull {
     /// A crown about one or more views whose stars share their centre's height; `slope` is the lean in the first view.
-    pub fn new(views: Vec<View>, slope: f64) -> Self {
+    pub(super) fn new(views: Vec<View>, slope: f64) -> Self {
         let axis_run = views[0].right() * slope;
         Self::with_axis(views, axis_run)
     }
@@ -90,18 +90,30 @@ impl Hull {
     }
 
     /// The direction at an elevation above the plane across the axis and an azimuth around it.
-    pub fn direction(&self, elevation_rad: f64, azimuth_rad: f64) -> DVec3 {
+    pub(super) fn direction(&self, elevation_rad: f64, azimuth_rad: f64) -> DVec3 {
         elevation_rad.cos() * self.outward(azimuth_rad) + elevation_rad.sin() * self.axis
     }
 
     /// The unit vector away from the axis at an azimuth.
-    pub fn outward(&self, azimuth_rad: f64) -> DVec3 {
+    pub(super) fn outward(&self, azimuth_rad: f64) -> DVec3 {
         horizontal(azimuth_rad).reject_from_normalized(self.axis).normalize()
     }
 
     /// The smallest limit of all views in direction `d`.
-    pub fn limit(&self, d: DVec3, half_rad: f64) -> f64 {
+    pub(super) fn limit(&self, d: DVec3, half_rad: f64) -> f64 {
         self.views.iter().map(|v| v.limit(d, half_rad)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The point from which all of it is seen.
+    pub fn middle(&self) -> glam::Vec3 {
+        self.center.as_vec3()
+    }
+
+    /// How far out a place lies in the first view, from 0 in the centre over 1 on the outline.
+    pub fn depth_of(&self, place: glam::Vec3) -> f64 {
+        let view = &self.views[0];
+        let d = view.project(place.as_dvec3()) - view.star.center;
+        d.length() / view.star.radius(d.to_angle()).max(1e-9)
     }
 
     /// Rough surface area, for sharing polygons among crowns, square metres.

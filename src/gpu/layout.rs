@@ -272,6 +272,41 @@ pub struct GrowingCrown {
     pub pad: u32,
 }
 
+/// A corner of an original leaf: WGSL `LeafCorner`, four in a row for each leaf.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct LeafCorner {
+    /// Object space, metres.
+    pub position: [f32; 3],
+    /// Texture coordinate, glTF's.
+    pub u: f32,
+    /// Unit normal, object space.
+    pub normal: [f32; 3],
+    /// The other.
+    pub v: f32,
+}
+
+/// A leaf of any level of detail: WGSL `Leaf`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Leaf {
+    /// Each: original · 8 + corner · 2 + whether the normal is turned round.
+    pub corners: [u32; 4],
+    /// The original whose picture it wears.
+    pub wears: u32,
+    /// Its cluster.
+    pub cluster: u32,
+    /// The leaf that replaces it; [`Leaf::NOTHING`] for one that is never replaced.
+    pub into: u32,
+    /// 1 when that one wears its picture.
+    pub heir: u32,
+}
+
+impl Leaf {
+    /// The number of no leaf, and not that of which a cluster says that it makes none.
+    pub const NOTHING: u32 = u32::MAX - 1;
+}
+
 /// One vertex of a mesh.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

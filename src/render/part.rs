@@ -171,7 +171,7 @@ fn presence_of(BuiltPart { part, drawn, seen }: &BuiltPart) -> layout::Presence 
         }
     };
     let (pivot, drawn, grid, radius_m) = match *drawn {
-        Drawn::Still => (Vec3::ZERO, 0, 0, 0.0),
+        Drawn::Still | Drawn::Forest(_) => (Vec3::ZERO, 0, 0, 0.0),
         Drawn::Turned { pivot, upright: true } => (pivot, layout::Presence::TURNED_UPRIGHT, 0, 0.0),
         Drawn::Turned { pivot, upright: false } => (pivot, layout::Presence::TURNED_WHOLLY, 0, 0.0),
         Drawn::Octahedral(impostor) => (impostor.center, layout::Presence::TURNED_WHOLLY, impostor.grid, impostor.radius_m),

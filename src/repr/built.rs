@@ -4,12 +4,16 @@
 //! and from which sides. Levels of detail, slices that fade, boxes that stand for branches are all parts that are seen at their own
 //! distances; a renderer needs to know nothing else of the method.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::Warning;
 use crate::geom::Bounds;
 use crate::model::{Growth, Part};
+
+use super::lodf::{self, LeafForest};
 
 /// How many pixels high a thing of one metre is at a distance of one metre, in the picture for which distances are told: 1080 rows, 45° from
 /// its lower to its upper edge.
@@ -69,6 +73,9 @@ pub enum Drawn {
     },
     /// A card that faces the viewer and shows the nearest of many captured views.
     Octahedral(Octahedral),
+    /// Leaves that collapse the farther away they are; the part holds the original. Files have plain levels instead ([`BuiltTree::plain`]).
+    #[serde(skip)]
+    Forest(Arc<LeafForest>),
 }
 
 /// An octahedral impostor (Brucks 2018): views from all over the upper half sphere in one atlas. The part's texture holds colour and
@@ -227,7 +234,7 @@ impl Drawn {
     /// Finite numbers, and no more frames than an atlas has texels.
     fn is_sound(&self) -> bool {
         match self {
-            Self::Still => true,
+            Self::Still | Self::Forest(_) => true,
             Self::Turned { pivot, .. } => pivot.is_finite(),
             Self::Octahedral(Octahedral { grid, center, radius_m }) => {
                 (2..=64).contains(grid) && center.is_finite() && radius_m.is_finite() && *radius_m > 0.0
@@ -270,6 +277,16 @@ impl BuiltTree {
     /// The parts of which anything is seen at a distance from the tree's middle.
     pub fn parts_at(&self, distance: f32) -> impl Iterator<Item = &BuiltPart> {
         self.parts.iter().filter(move |part| part.seen.share_at(distance) > 0.0)
+    }
+
+    /// The same without what only we can draw: forests of leaves become plain surfaces, one a level.
+    pub fn plain(mut self) -> Self {
+        let plain = |part: BuiltPart| match &part.drawn {
+            Drawn::Forest(forest) => lodf::plain_levels(&part, forest),
+            _ => vec![part],
+        };
+        self.parts = self.parts.into_iter().flat_map(plain).collect();
+        self
     }
 
     /// This and what another method built of the rest of the tree. Levels are those of either that has more.

@@ -126,3 +126,64 @@ fn widest_height(source: &TreeSource, bounds: Bounds) -> f32 {
     let widest = (0..LAYERS).max_by(|a, b| area(&layers[*a]).total_cmp(&area(&layers[*b]))).unwrap_or(0);
     low + (widest as f32 + 0.5) / LAYERS as f32 * (high - low)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::repr::trial::{self, built, mask, overlap};
+
+    #[test]
+    fn each_plane_has_the_outline_of_the_tree_from_both_of_its_sides() {
+        for source in [trial::tree(), trial::tree_at(Vec3::new(0.0, 0.0, 4.0))] {
+            let tree = built("crossed-planes", &["planes=3", "level=on"], &source).unwrap();
+            assert_eq!(tree.parts.len(), 4);
+            let sides = [(0.0, 0.0), (PI / 3.0, 0.0), (2.0 * PI / 3.0, 0.0), (0.0, 0.5 * PI)];
+            for (part, (azimuth, elevation)) in tree.parts.iter().zip(sides) {
+                let behind = if elevation > 0.0 { (azimuth, -elevation) } else { (azimuth + PI, elevation) };
+                for (azimuth, elevation) in [(azimuth, elevation), behind] {
+                    let view = View::around(source.points(Scope::Tree), azimuth, elevation, 160, 160);
+                    let same = overlap(&mask([&part.part], &view), &mask(source.parts(Scope::Tree), &view));
+                    assert!(same > 0.93, "{} from {azimuth} {elevation}: {same}", part.part.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn planes_cross_in_the_trunk_and_the_level_one_lies_where_the_crown_is_widest() {
+        let foot = Vec3::new(2.0, 0.0, 4.0);
+        let tree = built("crossed-planes", &["level=on"], &trial::tree_at(foot)).unwrap();
+        for part in &tree.parts[..2] {
+            let (normal, corner) = (part.part.surface.normals[0], part.part.surface.mesh.positions[0]);
+            assert!(normal.y.abs() < 1e-6 && (foot - corner).dot(normal).abs() < 1e-4);
+        }
+        let height = tree.parts[2].part.surface.mesh.positions[0].y;
+        assert!((height - 2.6).abs() < 0.15, "{height}");
+    }
+
+    #[test]
+    fn fading_planes_leave_one_that_is_all_there() {
+        let tree = built("crossed-planes", &["fade_deg=45", "level=on", "texture_px=16"], &trial::tree()).unwrap();
+        for i in 0..360 {
+            for elevation in [-0.15, 0.0, 1.0, 0.5 * PI] {
+                let toward = View::axes_from((i as f32).to_radians(), elevation)[2];
+                let shares: Vec<f32> = tree.parts.iter().map(|part| part.seen.share_toward(toward)).collect();
+                assert!(shares[..2].iter().any(|s| *s > 0.999), "{i} {elevation}: {shares:?}");
+                assert_eq!(shares[2] > 0.0, elevation > 0.5, "no line from the side");
+            }
+        }
+        let edge_on = tree.parts[0].seen.share_toward(Vec3::X);
+        assert!(edge_on < 1e-6, "{edge_on}");
+    }
+
+    #[test]
+    fn a_bare_tree_and_one_leaf_stand_and_a_point_is_refused() {
+        assert_eq!(
+            built("crossed-planes", &["level=on"], &trial::bare()).unwrap().parts.len(),
+            2,
+            "an open tube shows nothing from above"
+        );
+        assert_eq!(built("crossed-planes", &[], &trial::one_leaf()).unwrap().parts.len(), 1);
+        assert!(built("crossed-planes", &[], &trial::point()).is_err());
+    }
+}

@@ -5,6 +5,7 @@
 //! with a [`Representation`] and one row; only a new way of drawing is a new [`Drawn`].
 
 mod billboard;
+mod billboard_cloud;
 pub mod box_hierarchy;
 mod built;
 mod capture;
@@ -14,13 +15,18 @@ pub mod file;
 mod geometry;
 pub mod grid_slices;
 pub mod levels;
+pub mod lodf;
 mod meshopt;
+pub mod multichain;
 mod octahedral;
 mod pick;
 mod settings;
 mod slices;
 mod source;
+mod sphere_board;
 mod stats;
+#[cfg(test)]
+mod trial;
 
 use std::time::Instant;
 
@@ -41,8 +47,12 @@ pub const METHODS: &[&dyn Representation] = &[
     &slices::Slices,
     &grid_slices::GridSlices,
     &box_hierarchy::BoxHierarchy,
+    &sphere_board::SphereBoard,
     &octahedral::OctahedralImpostor,
+    &billboard_cloud::BillboardCloud,
     &meshopt::Meshopt,
+    &lodf::Lodf,
+    &multichain::Multichain,
 ];
 
 /// How much of a tree a method builds.
