@@ -28,7 +28,7 @@ pub(super) struct Picture {
     pub crown: Mask,
     /// The spaces: as many pixels of the crown as its leaves leave open.
     pub gaps: Mask,
-    pub azimuth_rad: f32,
+    stand: Stand,
     axes: [Vec3; 3],
     pub metres_per_px: f64,
     /// Where the origin of object space lies, pixels.
@@ -43,7 +43,9 @@ pub(super) struct Stand {
 }
 
 impl Stand {
-    pub fn round(azimuth_rad: f32) -> Self {
+    pub const ABOVE: Self = Self { azimuth_rad: 0.0, elevation_rad: std::f32::consts::FRAC_PI_2 };
+
+    pub const fn round(azimuth_rad: f32) -> Self {
         Self { azimuth_rad, elevation_rad: 0.0 }
     }
 }
@@ -110,7 +112,7 @@ impl Picture {
             gaps: open(&crown, taken.coverage.as_raw()),
             crown,
             photo: Photo { image: opaque(taken), opaque: None },
-            azimuth_rad: stand.azimuth_rad,
+            stand: *stand,
             axes: view.axes,
             metres_per_px,
             foot_px: foot + 0.5 * DVec2::new(f64::from(view.width_px), f64::from(view.height_px)),
@@ -123,7 +125,9 @@ impl Picture {
     /// [`Error::CrownTooSmall`].
     pub fn outline(&self) -> Result<Outline> {
         let traced = silhouette::trace(&self.crown, &self.crown, &SilhouetteParams::default())?;
-        Ok(Outline::from_silhouette(&traced, self.foot_px, self.metres_per_px, f64::from(self.azimuth_rad)))
+        let Stand { azimuth_rad, elevation_rad } = self.stand;
+        let seen = Outline::from_silhouette(&traced, self.foot_px, self.metres_per_px, f64::from(azimuth_rad));
+        Ok(Outline { elevation_rad: f64::from(elevation_rad), ..seen })
     }
 
     /// As a source of texture.

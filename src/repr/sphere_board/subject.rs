@@ -18,8 +18,11 @@ use crate::photo::Roughness;
 use crate::repr::{Job, Scope, TreeSource};
 use crate::texture::Front;
 
-/// From where a cluster is looked at to find its parts: from the front and from the right.
-const SIDES: [f32; 2] = [0.0, FRAC_PI_2];
+/// From where a cluster is looked at to find its parts: from the front, from the right, and from above.
+const SIDES: [Stand; 3] = [Stand::round(0.0), Stand::round(FRAC_PI_2), Stand::ABOVE];
+/// From where its outline is taken, where its depth may be seen.
+const OUTLINES: [Stand; 5] =
+    [Stand::round(0.0), Stand::round(0.5 * FRAC_PI_2), Stand::round(FRAC_PI_2), Stand::round(1.5 * FRAC_PI_2), Stand::ABOVE];
 /// From how many sides the model of a photograph is looked at for its coarser levels.
 const AROUND_A_MODEL: u32 = 4;
 
@@ -63,7 +66,7 @@ impl Subject {
 
 /// The foliage of a true tree, one list of parts for each cluster.
 fn parted(job: &Job, foliage: Vec<Part>, params: &SphereBoardParams, scale: Scale) -> Result<Vec<Vec<Part>>> {
-    let sides = &SIDES[..if params.depth == Unseen::Seen { 2 } else { 1 }];
+    let sides = &SIDES[..if params.depth == Unseen::Seen { 3 } else { 1 }];
     let mut done = Vec::new();
     // What is still to be looked at, from which side next, and from how many it was found to be one.
     let mut open = VecDeque::from([(foliage, 0, 0)]);
@@ -71,7 +74,7 @@ fn parted(job: &Job, foliage: Vec<Part>, params: &SphereBoardParams, scale: Scal
     while let Some((parts, side, times_whole)) = open.pop_front() {
         let room = params.max_crowns as usize - done.len() - open.len();
         let picture = if times_whole < sides.len() && room > 1 {
-            taken(job.capture, &parts, &[Stand::round(sides[side])], scale)?.pop().flatten()
+            taken(job.capture, &parts, &[sides[side]], scale)?.pop().flatten()
         } else {
             None
         };
@@ -83,7 +86,7 @@ fn parted(job: &Job, foliage: Vec<Part>, params: &SphereBoardParams, scale: Scal
         let of_all = area_px / *whole_px.get_or_insert(area_px);
         let usual = CrownParams::default();
         let min_lobe = (usual.min_lobe / of_all.max(1e-3)).min(0.5);
-        let lobes = crown::hulls(&[picture.outline()?], &CrownParams { max_crowns: room.min(50) as u32, min_lobe, ..usual })?;
+        let lobes = crown::hulls(&[picture.outline()?], &CrownParams { max_crowns: room.min(50) as u32, min_lobe, lobe_split: params.lobe_split, ..usual })?;
         let next = (side + 1) % sides.len();
         if lobes.len() < 2 {
             open.push_back((parts, next, times_whole + 1));
@@ -148,20 +151,17 @@ fn kept(surface: &Surface, keep: impl Fn(usize) -> bool) -> Surface {
 impl Cluster {
     fn of(job: &Job, parts: &[Part], azimuths: u32, params: &SphereBoardParams, scale: Scale) -> Result<Self> {
         let mut stands: Vec<Stand> = (0..azimuths).map(|i| Stand::round(i as f32 * TAU / azimuths as f32)).collect();
-        if params.above == Unseen::Seen {
-            stands.push(Stand { azimuth_rad: 0.0, elevation_rad: FRAC_PI_2 });
+        stands.extend((params.above == Unseen::Seen).then_some(Stand::ABOVE));
+        let pictured = stands.len();
+        if params.depth == Unseen::Seen {
+            // Those that tell of the shape alone.
+            stands.extend(OUTLINES.iter().filter(|outline| !stands[..pictured].contains(outline)).copied().collect::<Vec<_>>());
         }
-        // A side that tells of depth alone.
-        let aside = params.depth == Unseen::Seen && !azimuths.is_multiple_of(4);
-        stands.extend(aside.then(|| Stand::round(FRAC_PI_2)));
         let mut pictures = taken(job.capture, parts, &stands, scale)?;
-        let upright = |(stand, picture): (&Stand, &Option<Picture>)| {
-            picture.as_ref().filter(|_| stand.elevation_rad == 0.0).map(Picture::outline)
-        };
-        let outlines: Vec<Outline> = stands.iter().zip(&pictures).filter_map(upright).collect::<Result<_>>()?;
+        let outlines: Vec<Outline> = pictures.iter().flatten().map(Picture::outline).collect::<Result<_>>()?;
         let alone = CrownParams { max_crowns: 1, ..CrownParams::default() };
         let hull = crown::hulls(&outlines, &alone)?.pop().ok_or_else(nothing_seen)?;
-        pictures.truncate(stands.len() - usize::from(aside));
+        pictures.truncate(pictured);
         let pictures: Vec<Picture> = pictures.into_iter().flatten().collect();
         let outline = outlines.into_iter().next().filter(|_| !pictures.is_empty()).ok_or_else(nothing_seen)?;
         Ok(Self { hull, pictures, outline })
@@ -184,7 +184,7 @@ fn trunk(job: &Job, clusters: &[Cluster], bounds: Bounds, scale: Scale) -> Resul
     let wood = job.source.parts(Scope::Wood);
     let Some(first) = clusters.first().filter(|_| !wood.is_empty()) else { return Ok(None) };
     let center = first.hull.middle();
-    let [front, side] = SIDES.map(|azimuth| trunk_seen(job.capture, job.source, azimuth, scale));
+    let [front, side] = [0.0, FRAC_PI_2].map(|azimuth| trunk_seen(job.capture, job.source, azimuth, scale));
     let shape = match (front?, side?) {
         (Some((cues, metres_per_px)), side) => {
             let mut shape = TrunkShape::seen(&cues, metres_per_px, center);
