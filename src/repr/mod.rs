@@ -7,6 +7,7 @@
 mod built;
 mod capture;
 pub mod card;
+mod csg;
 mod geometry;
 mod settings;
 mod source;
@@ -24,7 +25,7 @@ pub use source::{SourceKind, TreeSource};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.
-pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry, &sphere_board::SphereBoard];
+pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry, &csg::Csg, &sphere_board::SphereBoard];
 
 /// How much of a tree a method builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,8 +6,8 @@
 
 mod flat;
 mod levels;
-mod picture;
-mod subject;
+pub(super) mod picture;
+pub(super) mod subject;
 
 use crate::crown::{self, CrownParams, Hull};
 use crate::geom::Bounds;
@@ -52,7 +52,7 @@ crate::params! {
         /// Largest fault of a single crown before it is parted: 1 − IoU of its outline with that of its leaves.
         lobe_split: f64 = 0.05, in 0.0..=1.0, unit "", source "ours: as `model` has it";
         /// How much of the mean growth of outlines is taken off the crowns beforehand.
-        inset: f64 = 0.5, in 0.0..=2.0, unit "", source "ours: what is grown and what is not together cover what the leaves do";
+        inset: f64 = 1.0, in 0.0..=2.0, unit "", source "ours: what is grown and what is not together cover what the leaves do";
         /// Pixels that a photograph of a true tree has along the tree's longest side.
         picture_px: u32 = 768, in 64..=4096, unit "px", source "ours: a texel of the atlas is no smaller";
         /// How far a coarser level's outline may be off where it takes over.

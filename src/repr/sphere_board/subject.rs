@@ -15,6 +15,7 @@ use crate::crown::{self, CrownParams, Hull, Outline};
 use crate::geom::{Bounds, PolyMesh, Surface};
 use crate::model::{Part, TrunkShape};
 use crate::photo::Roughness;
+use crate::raster::{to_linear, to_srgb};
 use crate::repr::{Job, Scope, TreeSource};
 use crate::texture::Front;
 
@@ -27,7 +28,7 @@ const OUTLINES: [Stand; 5] =
 const AROUND_A_MODEL: u32 = 4;
 
 /// A cluster of foliage.
-pub(super) struct Cluster {
+pub(in crate::repr) struct Cluster {
     pub hull: Hull,
     /// What its texture is made of; the first is the front, and there is one.
     pub pictures: Vec<Picture>,
@@ -35,7 +36,7 @@ pub(super) struct Cluster {
 }
 
 /// All that is known of a tree.
-pub(super) struct Subject {
+pub(in crate::repr) struct Subject {
     /// At least one.
     pub clusters: Vec<Cluster>,
     pub trunk: Option<Part>,
@@ -44,13 +45,13 @@ pub(super) struct Subject {
 }
 
 impl Subject {
-    pub fn of(job: &Job, params: &SphereBoardParams, bounds: Bounds) -> Result<Self> {
+    pub(in crate::repr) fn of(job: &Job, params: &SphereBoardParams, bounds: Bounds) -> Result<Self> {
         let foliage: Vec<Part> = job.source.parts(Scope::Foliage).into_iter().cloned().collect();
         let size = job.source.bounds(Scope::Foliage).unwrap_or(bounds).size().max_element().max(1e-3);
         let scale = Scale { metres_per_px: size / params.picture_px as f32, longest_px: params.picture_px };
         let TreeSource::Model { model, .. } = job.source else {
             let mut clusters = Vec::new();
-            for group in parted(job, foliage, params, scale)? {
+            for group in groups(job, foliage, params, scale)? {
                 clusters.push(Cluster::of(job, &group, params.azimuths, params, scale)?);
             }
             clusters.sort_by(|a, b| b.hull.area_m2().total_cmp(&a.hull.area_m2()));
@@ -64,7 +65,14 @@ impl Subject {
     }
 }
 
-/// The foliage of a true tree, one list of parts for each cluster.
+/// The foliage of a tree, one list of parts for each cluster: the crowns of a model, or what is found on a true tree.
+pub(in crate::repr) fn groups(job: &Job, foliage: Vec<Part>, params: &SphereBoardParams, scale: Scale) -> Result<Vec<Vec<Part>>> {
+    match job.source {
+        TreeSource::Model { .. } => Ok(foliage.into_iter().map(|crown| vec![crown]).collect()),
+        TreeSource::Reference(_) => parted(job, foliage, params, scale),
+    }
+}
+
 fn parted(job: &Job, foliage: Vec<Part>, params: &SphereBoardParams, scale: Scale) -> Result<Vec<Vec<Part>>> {
     let sides = &SIDES[..if params.depth == Unseen::Seen { 3 } else { 1 }];
     let mut done = Vec::new();
@@ -167,37 +175,96 @@ impl Cluster {
         Ok(Self { hull, pictures, outline })
     }
 
-    pub fn fronts(&self) -> Vec<Front<'_>> {
+    pub(in crate::repr) fn fronts(&self) -> Vec<Front<'_>> {
         self.pictures.iter().map(Picture::front).collect()
     }
 
     /// How rough its first outline is, and what a pixel of that measures.
-    pub fn roughness(&self) -> Option<(Roughness, f64)> {
+    pub(in crate::repr) fn roughness(&self) -> Option<(Roughness, f64)> {
         let metres_per_px = self.pictures.first()?.metres_per_px;
         let px: Vec<_> = self.outline.contour.iter().map(|p| glam::DVec2::new(p.x, -p.y) / metres_per_px).collect();
         Some((Roughness::of(&px), metres_per_px))
     }
 }
 
-/// The trunk below the crowns, as it is seen from the front and the right; a likely one where leaves hide it, none where no wood is.
+/// The trunk below the crowns, as it is seen from the front, with a limb to every further cluster; a likely one where leaves hide it, none
+/// where no wood is.
 fn trunk(job: &Job, clusters: &[Cluster], bounds: Bounds, scale: Scale) -> Result<Option<Part>> {
-    let wood = job.source.parts(Scope::Wood);
-    let Some(first) = clusters.first().filter(|_| !wood.is_empty()) else { return Ok(None) };
+    let Some(first) = clusters.first().filter(|_| job.source.points(Scope::Wood).next().is_some()) else { return Ok(None) };
     let center = first.hull.middle();
-    let [front, side] = [0.0, FRAC_PI_2].map(|azimuth| trunk_seen(job.capture, job.source, azimuth, scale));
-    let shape = match (front?, side?) {
-        (Some((cues, metres_per_px)), side) => {
-            let mut shape = TrunkShape::seen(&cues, metres_per_px, center);
-            if let Some((side, metres_per_px)) = side {
-                shape.neck.z = -((side.neck_px.x - side.foot_px.x) * metres_per_px) as f32;
-                shape.tip = shape.neck.midpoint(center);
-            }
-            shape
-        }
-        (None, _) => {
+    let mut shape = match trunk_seen(job.capture, job.source, 0.0, scale)? {
+        Some((cues, metres_per_px)) => TrunkShape::seen(&cues, metres_per_px, center),
+        None => {
             let base = clusters.iter().map(|cluster| cluster.outline.axis_base.y).fold(f64::MAX, f64::min) as f32;
             TrunkShape::guessed(Vec3::new(0.0, base, 0.0), center, f64::from(bounds.max.y))
         }
     };
-    Ok(Some(shape.build().part()))
+    // Where it enters the crown is better known from the wood than from one side.
+    let reach = 0.02 * bounds.max.y;
+    let there = job.source.points(Scope::Wood).filter(|p| (p.y - shape.neck.y).abs() < reach);
+    let (sum, count) = there.fold((Vec3::ZERO, 0.0), |(sum, count), p| (sum + p, count + 1.0));
+    if count > 0.0 {
+        (shape.neck.x, shape.neck.z) = (sum.x / count, sum.z / count);
+    }
+    // Bare between clusters, it is seen up to the largest.
+    shape.tip = if clusters.len() > 1 { center } else { shape.neck.midpoint(center) };
+    let [r, g, b, _] = bark(job);
+    shape.bark = [r, g, b].map(to_srgb);
+    let mut part = shape.build().part();
+    let (neck, tip) = (shape.neck, shape.tip);
+    for cluster in &clusters[1..] {
+        let end = cluster.hull.middle();
+        let aside = Vec3::new(end.x - neck.x, 0.0, end.z - neck.z).length();
+        // It leaves the trunk somewhat lower than it ends.
+        let share = ((end.y - RISE * aside - neck.y) / (tip.y - neck.y).max(1e-3)).clamp(0.0, 0.95);
+        let thick = LIMB * shape.width_m;
+        part.surface.append(limb(neck.lerp(tip, share), end, [thick, 0.4 * thick]));
+    }
+    Ok(Some(part))
+}
+
+/// How much a limb rises over its run, and how thick it is at the trunk, of the trunk's width.
+const RISE: f32 = 0.25;
+const LIMB: f32 = 0.2;
+/// Its corners.
+const LIMB_SIDES: u32 = 5;
+
+/// A closed limb between two places; half its width at either.
+fn limb(from: Vec3, to: Vec3, radii: [f32; 2]) -> Surface {
+    let along = (to - from).normalize_or(Vec3::Y);
+    let (right, up) = along.any_orthonormal_pair();
+    let mut surface = Surface::default();
+    for (end, radius) in [from, to].into_iter().zip(radii) {
+        for k in 0..LIMB_SIDES {
+            let (sin, cos) = (TAU * k as f32 / LIMB_SIDES as f32).sin_cos();
+            surface.normals.push(cos * right + sin * up);
+            surface.mesh.positions.push(end + radius * (cos * right + sin * up));
+        }
+    }
+    for k in 0..LIMB_SIDES {
+        let next = (k + 1) % LIMB_SIDES;
+        surface.mesh.quads.push([k, next, LIMB_SIDES + next, LIMB_SIDES + k]);
+        if (1..LIMB_SIDES - 1).contains(&k) {
+            surface.mesh.triangles.push([0, next, k]);
+            surface.mesh.triangles.push([LIMB_SIDES, LIMB_SIDES + k, LIMB_SIDES + next]);
+        }
+    }
+    surface
+}
+
+/// The mean colour of the wood: linear light.
+pub(in crate::repr) fn bark(job: &Job) -> [f32; 4] {
+    let mut sum = glam::Vec4::ZERO;
+    for part in job.source.parts(Scope::Wood) {
+        let texture = part.material.texture.as_ref().map_or(glam::Vec4::ONE, |picture| {
+            let texels = picture.pixels().filter(|texel| texel.0[3] >= 128).step_by(7);
+            let (sum, count) = texels.fold((Vec3::ZERO, 0.0f32), |(sum, count), texel| {
+                (sum + Vec3::from([texel.0[0], texel.0[1], texel.0[2]].map(to_linear)), count + 1.0)
+            });
+            if count > 0.0 { (sum / count).extend(1.0) } else { glam::Vec4::ONE }
+        });
+        let weight = part.surface.mesh.polygon_count() as f32;
+        sum += weight * (texture * glam::Vec4::from(part.material.factor)).truncate().extend(1.0);
+    }
+    if sum.w > 0.0 { (sum / sum.w).to_array() } else { [0.12, 0.09, 0.06, 1.0] }
 }
