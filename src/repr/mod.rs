@@ -11,11 +11,12 @@ mod built;
 mod capture;
 pub mod card;
 mod crossed_planes;
+mod csg;
 pub mod file;
-pub mod limits;
 mod geometry;
 pub mod grid_slices;
 pub mod levels;
+pub mod limits;
 pub mod lodf;
 mod meshopt;
 pub mod multichain;
@@ -48,6 +49,7 @@ pub const METHODS: &[&dyn Representation] = &[
     &slices::Slices,
     &grid_slices::GridSlices,
     &box_hierarchy::BoxHierarchy,
+    &csg::Csg,
     &sphere_board::SphereBoard,
     &octahedral::OctahedralImpostor,
     &billboard_cloud::BillboardCloud,
