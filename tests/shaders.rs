@@ -164,19 +164,7 @@ fn rust_structs() -> Vec<Layout> {
             tree_half,
             pad2,
         }),
-        rust_struct!(Presence {
-            anchor,
-            fade,
-            appears,
-            vanishes,
-            axis,
-            facing,
-            cosines,
-            drawn,
-            grid,
-            pivot,
-            radius_m,
-        }),
+        rust_struct!(Presence { anchor, fade, appears, vanishes, axis, facing, cosines, drawn, grid, pivot, radius_m }),
     ]
 }
 

@@ -15,6 +15,7 @@ mod geometry;
 pub mod grid_slices;
 pub mod levels;
 pub mod lodf;
+pub mod lodstrips;
 mod meshopt;
 pub mod multichain;
 mod octahedral;
@@ -46,6 +47,7 @@ pub const METHODS: &[&dyn Representation] = &[
     &billboard_cloud::BillboardCloud,
     &meshopt::Meshopt,
     &multichain::Multichain,
+    &lodstrips::LodstripsWood,
 ];
 
 /// How much of a tree a method builds.
