@@ -65,7 +65,7 @@ fn look(corner: Corner, for_sun: bool) -> Looked {
     seen.weights = vec3f(1.0 - max(part.x, part.y), abs(part.x - part.y), min(part.x, part.y));
     seen.rotation = tree.rotation;
     seen.tree = vec4f(still(tree, material.tree_center), tree.scale);
-    seen.share = share_of(tree, for_sun);
+    seen.share = share_of(tree, toward, for_sun);
     return seen;
 }
 

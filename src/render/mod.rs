@@ -15,6 +15,7 @@ mod camera;
 mod capture;
 mod composite;
 mod drawer;
+mod forest;
 mod growth;
 mod growth_pass;
 #[cfg(test)]
@@ -52,6 +53,7 @@ pub use wind::WindParams;
 use backdrop::Backdrop;
 use composite::Composite;
 use drawer::{Drawer, PassKind};
+use forest::ForestDrawer;
 use growth_pass::GrowthPass;
 use impostor::ImpostorDrawer;
 use light::Light;
@@ -125,11 +127,19 @@ pub struct Shot {
     pub wind: WindParams,
     /// How outlines grow.
     pub growth: GrowthParams,
+    /// Draws every tree as if it were so many heights away, as [`repr::Seen`](crate::repr::Seen) has distances: one level of detail,
+    /// wherever the viewer stands. `None` for the level that belongs there.
+    pub level_distance: Option<f32>,
     /// Number of the frame: only [`GrowthKeys::Random`] asks for it.
     pub frame: u32,
 }
 
 impl Shot {
+    /// [`Camera::heights`] of the picture; a told level is a first number with a second below 0.
+    pub(crate) fn heights(&self) -> [f32; 2] {
+        self.level_distance.map_or_else(|| self.camera.heights(self.size_px[1]), |told| [told, -1.0])
+    }
+
     /// A lit picture under a sky in still air, as the parameters' defaults have it.
     pub fn new(camera: Camera, size_px: [u32; 2]) -> Self {
         Self {
@@ -143,6 +153,7 @@ impl Shot {
             light: LightParams::default(),
             wind: WindParams::default(),
             growth: GrowthParams::default(),
+            level_distance: None,
             frame: 0,
         }
     }
@@ -180,7 +191,10 @@ pub struct Renderer {
     parts: PartStore,
     instances: Instances,
     meshes: MeshDrawer,
+    leaves: ForestDrawer,
     impostors: ImpostorDrawer,
+    /// What changes of level have sent for the last frame.
+    sent_bytes: u64,
     sun: SunMap,
     composite: Composite,
     growth: GrowthPass,
@@ -229,6 +243,7 @@ impl Renderer {
         let parts = PartStore::new(&gpu);
         let instances = Instances::new(&gpu);
         let meshes = MeshDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
+        let leaves = ForestDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
         let impostors = ImpostorDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
         let composite = Composite::new(&gpu, &frame_layout);
         let growth = GrowthPass::new(&gpu);
@@ -241,7 +256,9 @@ impl Renderer {
             parts,
             instances,
             meshes,
+            leaves,
             impostors,
+            sent_bytes: 0,
             sun,
             composite,
             growth,
@@ -310,6 +327,16 @@ impl Renderer {
         clock.read(&self.gpu)
     }
 
+    /// What was sent to the device for the last frame because of what it shows of trees: changes of level of foliage.
+    pub fn sent_bytes(&self) -> u64 {
+        self.sent_bytes
+    }
+
+    /// Leaves of foliage in levels of detail that the last frame showed.
+    pub fn leaves_shown(&self) -> usize {
+        self.leaves.leaves_shown()
+    }
+
     /// Bytes of instances, and of what drawers keep of them, that the last frame sent to the device; 0 when nothing had changed.
     pub fn uploaded_bytes(&self) -> u64 {
         self.uploaded_bytes
@@ -348,11 +375,10 @@ impl Renderer {
         let sun_map = view.map(|view| (view, self.sun.size_px));
         let (scene, mut uploaded_bytes) = self.instances.scene(&self.gpu, shot, stands, growing, sun_map)?;
         let gpu = &self.gpu;
-        let mut drawers: [&mut dyn Drawer; 2] = [&mut self.meshes, &mut self.impostors];
-        for drawer in &mut drawers {
-            uploaded_bytes += drawer.prepare(gpu, &scene)?;
-        }
+        self.sent_bytes = self.leaves.prepare(gpu, &scene)?;
+        uploaded_bytes += self.sent_bytes + self.meshes.prepare(gpu, &scene)? + self.impostors.prepare(gpu, &scene)?;
         self.uploaded_bytes = uploaded_bytes;
+        let drawers: [&dyn Drawer; 3] = [&self.meshes, &self.leaves, &self.impostors];
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let mut passed = |encoder: &mut _, pass| self.clock.as_mut().map_or(Ok(()), |clock| clock.passed(gpu, encoder, pass));
         passed(&mut encoder, "begin")?;
@@ -497,7 +523,7 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> lay
         sun_depth_m: sun.map_or(1.0, |sun| sun.depth_m),
         backward: shot.camera.axes[2].to_array(),
         layer: shot.camera.projection.layer(),
-        heights: shot.camera.heights(height),
+        heights: shot.heights(),
         pad: [0.0; 2],
     }
 }

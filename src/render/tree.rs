@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::forest::ForestPart;
 use super::impostor;
 use super::part::{DevicePart, PartStore, PlaceInTree, Textures};
 use crate::geom::Bounds;
@@ -14,6 +15,7 @@ use crate::repr::{BuiltPart, BuiltTree, Drawn, Seen};
 pub struct Tree {
     meshes: Vec<DevicePart>,
     impostors: Vec<DevicePart>,
+    forests: Vec<ForestPart>,
     groups: Vec<Seen>,
     bounds: Option<Bounds>,
     reach: Option<Bounds>,
@@ -51,6 +53,7 @@ impl Tree {
         let mut tree = Self {
             meshes: vec![],
             impostors: vec![],
+            forests: vec![],
             groups: vec![],
             bounds,
             reach: drawable.iter().filter_map(|built| reach(built)).chain(bounds).reduce(joined),
@@ -65,10 +68,14 @@ impl Tree {
             let crown = if crown.is_some() { tree.crowns.len() as u32 } else { 0 };
             let BuiltPart { part, drawn, seen } = built_part;
             let place = PlaceInTree { bounds: built.bounds, crown, group: tree.group(*seen) };
+            if let Drawn::Forest(forest) = drawn {
+                tree.forests.push(ForestPart::upload(gpu, store, built_part, forest, place, &mut textures));
+                continue;
+            }
             let device_part = store.upload(gpu, part, (drawn, seen), place, &mut textures);
             match drawn {
                 Drawn::Octahedral(_) => tree.impostors.push(device_part),
-                Drawn::Still | Drawn::Turned { .. } => tree.meshes.push(device_part),
+                Drawn::Still | Drawn::Turned { .. } | Drawn::Forest(_) => tree.meshes.push(device_part),
             }
         }
         tree
@@ -126,6 +133,11 @@ impl Tree {
         &self.meshes
     }
 
+    /// Its foliage in levels of detail.
+    pub fn forests(&self) -> &[ForestPart] {
+        &self.forests
+    }
+
     /// Its octahedral impostors.
     pub fn impostors(&self) -> &[DevicePart] {
         &self.impostors
@@ -145,7 +157,8 @@ fn reach(BuiltPart { part, drawn, .. }: &BuiltPart) -> Option<Bounds> {
         |pivot: Vec3, level: Vec3| part.surface.mesh.positions.iter().map(|p| ((*p - pivot) * level).length()).fold(0.0, f32::max);
     let around = |center: Vec3, half: Vec3| Bounds { min: center - half, max: center + half };
     Some(match *drawn {
-        Drawn::Still => own,
+        // No corner of a collapsed leaf stands where none stood.
+        Drawn::Still | Drawn::Forest(_) => own,
         Drawn::Turned { pivot, upright: true } => {
             let across = farthest(pivot, Vec3::new(1.0, 0.0, 1.0));
             let turned = around(pivot, Vec3::new(across, 0.0, across));

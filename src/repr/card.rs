@@ -176,7 +176,7 @@ mod tests {
         let tilted = Vec3::new(0.6, 0.0, 0.8);
         let (near, far) = (leaf(Vec3::ZERO, tilted), leaf(Vec3::new(0.0, 0.0, -3.0), Vec3::Z));
         let window = Bounds { min: Vec3::new(-1.0, -1.0, -1.0), max: Vec3::ONE };
-        let taken = captured(&SoftwareCapture, &[&near, &far], &[front(window, [32, 32])]).unwrap();
+        let taken = captured(&SoftwareCapture::new(), &[&near, &far], &[front(window, [32, 32])]).unwrap();
         let part = taken[0].as_ref().unwrap();
         part.check().unwrap();
         let normals = part.material.normal_texture.as_ref().unwrap();
@@ -204,7 +204,7 @@ mod tests {
             .collect();
         let window = Bounds { min: Vec3::splat(-1.0), max: Vec3::ONE };
         let parts: Vec<&Part> = leaves.iter().collect();
-        let taken = captured(&SoftwareCapture, &parts, &[front(window, [16, 16])]).unwrap();
+        let taken = captured(&SoftwareCapture::new(), &parts, &[front(window, [16, 16])]).unwrap();
         let texture = taken[0].as_ref().unwrap().material.texture.as_ref().unwrap();
         let there = texture.pixels().filter(|p| f32::from(p.0[3]) >= 255.0 * ALPHA_CUTOFF).count() as f32 / 256.0;
         // 40 strips of 0.02 m × 1 m in 4 m².
@@ -216,7 +216,7 @@ mod tests {
         let part = leaf(Vec3::ZERO, Vec3::Z);
         let aside = Bounds { min: Vec3::splat(5.0), max: Vec3::splat(6.0) };
         let flat = Bounds { min: Vec3::new(-1.0, -1.0, 0.0), max: Vec3::new(1.0, 1.0, 0.0) };
-        let taken = captured(&SoftwareCapture, &[&part], &[front(aside, [8, 8]), front(flat, [8, 8])]).unwrap();
+        let taken = captured(&SoftwareCapture::new(), &[&part], &[front(aside, [8, 8]), front(flat, [8, 8])]).unwrap();
         assert!(taken[0].is_none() && taken[1].is_some());
     }
 }

@@ -4,13 +4,32 @@
 //! [`METHODS`] is the only list of them: the command line, the comparison, the groves and the tests walk it. Adding a method is one file
 //! with a [`Representation`] and one row; only a new way of drawing is a new [`Drawn`].
 
+mod billboard;
+mod billboard_cloud;
+pub mod box_hierarchy;
 mod built;
 mod capture;
 pub mod card;
+mod crossed_planes;
+mod csg;
+pub mod file;
 mod geometry;
+pub mod grid_slices;
+pub mod levels;
+pub mod limits;
+pub mod lodf;
+pub mod lodstrips;
+mod meshopt;
+pub mod multichain;
+mod octahedral;
+mod pick;
 mod settings;
+mod slices;
 mod source;
+mod sphere_board;
 mod stats;
+#[cfg(test)]
+mod trial;
 
 use std::time::Instant;
 
@@ -18,12 +37,28 @@ use crate::{Error, Result, Seed};
 
 pub use built::{BuiltPart, BuiltTree, Drawn, Facing, Fade, Level, Octahedral, REFERENCE_FOCAL_PX, Seen};
 pub use capture::{Capture, SoftwareCapture};
-pub use settings::{Settings, tabled};
-pub use source::{SourceKind, TreeSource};
+pub use settings::{Settings, Switch, tabled};
+pub use source::{SourceKind, TreeSource, open_model};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.
-pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry];
+#[rustfmt::skip]
+pub const METHODS: &[&dyn Representation] = &[
+    &geometry::Geometry,
+    &billboard::Billboard,
+    &crossed_planes::CrossedPlanes,
+    &slices::Slices,
+    &grid_slices::GridSlices,
+    &box_hierarchy::BoxHierarchy,
+    &csg::Csg,
+    &sphere_board::SphereBoard,
+    &octahedral::OctahedralImpostor,
+    &billboard_cloud::BillboardCloud,
+    &meshopt::Meshopt,
+    &lodf::Lodf,
+    &multichain::Multichain,
+    &lodstrips::LodstripsWood,
+];
 
 /// How much of a tree a method builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,7 +88,7 @@ pub struct Job<'a> {
 /// What an update of a built tree has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dirty {
-    /// Only these parts, by number.
+    /// Only the parts from the first number up to before the second.
     Parts(usize, usize),
     /// Everything.
     All,
@@ -99,10 +134,11 @@ pub trait Representation: Sync {
     fn build(&self, job: &Job) -> Result<BuiltTree>;
 
     /// Brings `built` up to date with a source that has grown on (Truelsen §9.2); unless a method knows better, all of it is built anew.
+    /// `turn` counts the calls, from 0: a method that does only a part of the work in each knows by it what comes next.
     ///
     /// # Errors
     /// As [`Representation::build`].
-    fn update(&self, built: &mut BuiltTree, job: &Job) -> Result<Dirty> {
+    fn update(&self, built: &mut BuiltTree, job: &Job, _turn: usize) -> Result<Dirty> {
         *built = self.build(job)?;
         Ok(Dirty::All)
     }
