@@ -535,6 +535,43 @@ pub enum Error {
         /// How far it stands from the tree.
         distance_m: f32,
     },
+
+    // ---- what building may take (`repr::limits`)
+    /// The pictures of a built tree take more than was allowed.
+    #[error("the pictures that {method} makes take {found_mb:.1} MB with their smaller sizes, but the budget is {budget_mb} MB; {remedy}")]
+    TextureBudget {
+        /// The method.
+        method: String,
+        /// What they take.
+        found_mb: f64,
+        /// What they may take.
+        budget_mb: f64,
+        /// What to lower.
+        remedy: String,
+    },
+    /// A tree that would not fit into memory.
+    #[error(
+        "{source_name} has {found} triangles, but a tree to build from may have {most} (this one would take about {gb} GB of memory); leave out small twigs, or export it with fewer leaves"
+    )]
+    TreeTooLarge {
+        /// The tree.
+        source_name: String,
+        /// Its triangles.
+        found: usize,
+        /// Those that it may have.
+        most: usize,
+        /// What they would take.
+        gb: usize,
+    },
+    // ---- Streams of boxes: repr/box_hierarchy ----
+    /// A folder that holds no stream of boxes, or a damaged one.
+    #[error("expected a stream of boxes, but its {file} {what}; write it again with `sphereboard bake --method box-hierarchy --stream`")]
+    BrokenBoxStream {
+        /// Which of its files.
+        file: String,
+        /// What is wrong with it.
+        what: String,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.

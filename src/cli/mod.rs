@@ -97,6 +97,11 @@ fn command() -> Command {
         .subcommand(photograph::command())
 }
 
+/// The names of all commands.
+fn names() -> Vec<String> {
+    command().get_subcommands().map(|command| command.get_name().to_owned()).collect()
+}
+
 /// What a command returns: its exit code, or a mistake in the arguments.
 type Outcome = Result<ExitCode>;
 
