@@ -20,7 +20,7 @@ const FOOT: f32 = 0.05;
 const LEVEL_COMES: [f32; 2] = [0.642_787_6, 0.866_025_4];
 /// And upright ones, of which from there only edges are seen, go as it rises: all below 55°, none above 80°. From below they stay, since
 /// who stands at the trunk looks up.
-const UPRIGHT_GOES: [f32; 2] = [0.984_807_75, 0.819_152_04];
+const UPRIGHT_GOES: [f32; 2] = [0.984_807_7, 0.819_152_04];
 
 /// One slice.
 pub struct Slice {
@@ -178,7 +178,7 @@ impl Planner<'_> {
         let axes = View::axes_from(0.0, FRAC_PI_2);
         let depths = Depths::of(&self.foliage, Vec3::Y);
         let (low, high) = (self.bounds.min.y, self.bounds.max.y);
-        let bottom = window_of(&self.foliage, axes, [low, high]).map_or(low, |_| lowest(&self.foliage).unwrap_or(low));
+        let bottom = lowest(&self.foliage).unwrap_or(low);
         let count = self.params.top_slices as usize;
         let thick = (high - bottom) / count.max(1) as f32;
         let slice = |i: usize| {
