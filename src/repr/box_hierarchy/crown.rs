@@ -61,6 +61,7 @@ pub struct BoxCard {
     pub uvs: [Vec2; 2],
 }
 
+
 impl LeafBox {
     /// Its extent.
     pub fn bounds(&self) -> Bounds {
