@@ -484,7 +484,7 @@ fn an_octahedral_impostor_looks_like_what_it_was_taken_of() {
             assert!(overlap > 0.94, "{overlap} from {azimuth}, {elevation}");
             assert!(depth_m < 0.2, "{depth_m} m from {azimuth}, {elevation}");
             // Very near, the pictures are stretched.
-            assert!(unlike.mean < 1.2 / distance, "{unlike:?} from {azimuth}, {elevation}");
+            assert!(unlike.mean < 1.6 / f64::from(distance), "{unlike:?} from {azimuth}, {elevation}");
         }
     }
 }
