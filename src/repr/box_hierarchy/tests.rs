@@ -15,7 +15,7 @@ fn figures() {
     let source = preset(&name);
     let texts = std::env::var("SET").unwrap_or_default();
     let settings = Settings::parse(texts.split_whitespace()).unwrap();
-    let job = Job { source: &source, scope: Scope::Foliage, settings: &settings, seed: Seed(1), capture: &SoftwareCapture };
+    let job = Job { source: &source, scope: Scope::Foliage, settings: &settings, seed: Seed(1), capture: &SoftwareCapture::new() };
     let begun = std::time::Instant::now();
     let crown = crown(&job).unwrap();
     println!("{name}: {:.2} s", begun.elapsed().as_secs_f32());
