@@ -1,4 +1,4 @@
-"""Blender draws baked trees as it imports them: ``python draw_shots.py SHOTS.json``, which ``sphereboard-tools bake-methods`` writes.
+"""Blender draws baked trees as it imports them: ``python draw_shots.py SHOTS.json``, where ``bake-methods`` wrote that list.
 
 Each file's NAME.blender.png comes to stand beside it: what is covered, from the front, over nothing.
 """
