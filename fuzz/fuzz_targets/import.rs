@@ -11,11 +11,11 @@ use libfuzzer_sys::arbitrary::{self, Arbitrary};
 use libfuzzer_sys::fuzz_target;
 use serde_json::{Value, json};
 use sphereboard::Seed;
+use sphereboard::model::import::{self, Folder};
+use sphereboard::model::reference::{Asked, ReferenceTree};
 use sphereboard::model::{Part, bounds};
 use sphereboard::repr::file::{self, Origin};
 use sphereboard::repr::{BuiltPart, BuiltTree};
-use sphereboard::model::import::{self, Folder};
-use sphereboard::model::reference::{Asked, ReferenceTree};
 
 #[derive(Arbitrary, Debug)]
 enum Input {
