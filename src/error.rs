@@ -563,6 +563,15 @@ pub enum Error {
         /// What they would take.
         gb: usize,
     },
+    // ---- Streams of boxes: repr/box_hierarchy ----
+    /// A folder that holds no stream of boxes, or a damaged one.
+    #[error("expected a stream of boxes, but its {file} {what}; write it again with `sphereboard bake --method box-hierarchy --stream`")]
+    BrokenBoxStream {
+        /// Which of its files.
+        file: String,
+        /// What is wrong with it.
+        what: String,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.

@@ -83,6 +83,8 @@ crate::params! {
 pub struct Outline {
     /// Where the photographer stands: 0 in front (+Z), π/2 on the right of that one (+X).
     pub azimuth_rad: f64,
+    /// How high above the horizon he stands: near 0 the outline is revolved, else it only limits how far the crown reaches.
+    pub elevation_rad: f64,
     /// Closed contour without repeated end, of the largest piece.
     pub contour: Vec<DVec2>,
     /// Those of further pieces.
@@ -98,12 +100,18 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Brings a silhouette from pixels to metres. `foot_px` is the foot of the trunk in the photograph.
+    /// Whether it was seen from about the crown's own height.
+    fn is_level(&self) -> bool {
+        self.elevation_rad.abs() < 0.35
+    }
+
+    /// Brings a silhouette seen from the ground from pixels to metres. `foot_px` is the foot of the trunk in the photograph.
     pub fn from_silhouette(silhouette: &Silhouette, foot_px: DVec2, metres_per_px: f64, azimuth_rad: f64) -> Self {
         let metres = |p: &DVec2| DVec2::new(p.x - foot_px.x, foot_px.y - p.y) * metres_per_px;
         let all = |points: &[DVec2]| points.iter().map(metres).collect();
         Self {
             azimuth_rad,
+            elevation_rad: 0.0,
             contour: all(&silhouette.contour),
             others: silhouette.others.iter().map(|piece| all(piece)).collect(),
             axis_base: metres(&silhouette.axis.base),
@@ -168,7 +176,8 @@ pub fn hulls(outlines: &[Outline], params: &CrownParams) -> Result<Vec<Hull>> {
     let hull = |(part, _): (Region, _)| {
         let (mut seen, mut at_its_height) = (vec![outline.clone()], vec![part.clone()]);
         for (outline, other) in outlines[1..].iter().zip(others) {
-            if let Some(other) = other.at_the_height_of(&part) {
+            let other = if outline.is_level() { other.at_the_height_of(&part) } else { Some(other.clone()) };
+            if let Some(other) = other {
                 seen.push(outline.clone());
                 at_its_height.push(other);
             }
@@ -196,7 +205,7 @@ fn region_of(view: usize, outline: &Outline) -> Result<Region> {
         .chain(outline.others.iter().flatten())
         .chain([&outline.axis_base, &outline.axis_top])
         .all(|p| p.is_finite());
-    if !finite || !outline.azimuth_rad.is_finite() {
+    if !finite || !outline.azimuth_rad.is_finite() || !outline.elevation_rad.is_finite() {
         return Err(Error::Outline { view, why: "it has coordinates that are no numbers".to_owned() });
     }
     Region::of(std::iter::once(&outline.contour).chain(&outline.others))

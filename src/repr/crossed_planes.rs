@@ -18,7 +18,7 @@ crate::params! {
     pub struct CrossedPlanesParams {
         /// Upright planes at equal angles.
         planes: u32 = 2, in 2..=8, unit "", source "She fig. 2b";
-        /// A level plane at the crown's widest, against the view from above.
+        /// A level plane at the crown's widest, against the view from above; upright planes then leave the view from there.
         level: Switch = Switch::Off, unit "", source "She fig. 17: the papers have none";
         /// Upright planes seen at a flatter angle than this fade away; 0 shows all of them to everyone.
         fade_deg: f64 = 0.0, in 0..=45, unit "°", source "the papers' planes do not fade";
@@ -30,6 +30,8 @@ crate::params! {
 /// The level plane is not seen by who looks at it at a flatter angle than the first, so that it is no line across the tree; all of it at
 /// the second. Degrees.
 const LEVEL_FADES_DEG: [f32; 2] = [10.0, 40.0];
+/// Beside a level plane, upright ones seen at a flatter angle fade away even if not asked to.
+const EDGE_FADES_DEG: f64 = 12.0;
 /// Into how many layers the crown is cut to find its widest.
 const LAYERS: usize = 24;
 
@@ -74,7 +76,7 @@ impl Representation for CrossedPlanes {
             let window = all_around(axes);
             let size_px = Card::size_px(window, params.texture_px.0);
             cards.push(Card { name: format!("plane_{k}"), axes, window, plane: axes[2].dot(foot), size_px });
-            seen.push(upright_seen(axes[2], params.fade_deg as f32));
+            seen.push(upright_seen(axes[2], &params));
         }
         if params.level == Switch::On {
             let axes = View::axes_from(0.0, 0.5 * PI);
@@ -103,12 +105,19 @@ impl Representation for CrossedPlanes {
     }
 }
 
-/// From which azimuths a plane across `axis` is seen: the angle between plane and line of sight counts, wherever it is seen from above.
-fn upright_seen(axis: Vec3, fade_deg: f32) -> Facing {
+/// From which sides an upright plane across `axis` is seen, by the angle at which it is seen. Where a level plane takes over the view from
+/// above, it leaves with the same angle from there, so that it is no line on the level one; all of it stays until the level one is whole.
+fn upright_seen(axis: Vec3, params: &CrossedPlanesParams) -> Facing {
+    let sine = |deg: f64| deg.to_radians().sin() as f32;
+    let fade_deg = params.fade_deg;
+    if params.level == Switch::On {
+        let all = sine(fade_deg.max(EDGE_FADES_DEG)) * LEVEL_FADES_DEG[1].to_radians().cos();
+        return Facing::Toward { axis, cosines: [0.4 * all, all], level: false, both_sides: true };
+    }
     if fade_deg <= 0.0 {
         return Facing::Any;
     }
-    Facing::Toward { axis, cosines: [0.0, fade_deg.to_radians().sin()], level: true, both_sides: true }
+    Facing::Toward { axis, cosines: [0.0, sine(fade_deg)], level: true, both_sides: true }
 }
 
 /// Height at which the leaves, or what there is, reach farthest: of layers of equal height the one with the largest box on the ground.
@@ -163,17 +172,21 @@ mod tests {
 
     #[test]
     fn fading_planes_leave_one_that_is_all_there() {
+        let without = built("crossed-planes", &["fade_deg=45", "texture_px=16"], &trial::tree()).unwrap();
         let tree = built("crossed-planes", &["fade_deg=45", "level=on", "texture_px=16"], &trial::tree()).unwrap();
         for i in 0..360 {
-            for elevation in [-0.15, 0.0, 1.0, 0.5 * PI] {
+            for elevation in [-0.15, 0.0, 0.68, 1.0, 0.5 * PI] {
                 let toward = View::axes_from((i as f32).to_radians(), elevation)[2];
                 let shares: Vec<f32> = tree.parts.iter().map(|part| part.seen.share_toward(toward)).collect();
-                assert!(shares[..2].iter().any(|s| *s > 0.999), "{i} {elevation}: {shares:?}");
-                assert_eq!(shares[2] > 0.0, elevation > 0.5, "no line from the side");
+                assert!(shares.iter().any(|s| *s > 0.999), "{i} {elevation}: {shares:?}");
+                let most = without.parts.iter().map(|part| part.seen.share_toward(toward)).fold(0.0, f32::max);
+                assert!(most > 0.999, "{i} {elevation}");
+                assert_eq!(shares[2] > 0.0, elevation > 0.2, "no line from the side");
             }
         }
-        let edge_on = tree.parts[0].seen.share_toward(Vec3::X);
-        assert!(edge_on < 1e-6, "{edge_on}");
+        for (tree, toward) in [(&without, Vec3::X), (&tree, Vec3::X), (&tree, Vec3::Y)] {
+            assert!(tree.parts[0].seen.share_toward(toward) < 1e-6, "edge-on");
+        }
     }
 
     #[test]

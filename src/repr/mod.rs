@@ -11,12 +11,14 @@ mod built;
 mod capture;
 pub mod card;
 mod crossed_planes;
+mod csg;
 pub mod file;
-pub mod limits;
 mod geometry;
 pub mod grid_slices;
 pub mod levels;
+pub mod limits;
 pub mod lodf;
+pub mod lodstrips;
 mod meshopt;
 pub mod multichain;
 mod octahedral;
@@ -48,12 +50,14 @@ pub const METHODS: &[&dyn Representation] = &[
     &slices::Slices,
     &grid_slices::GridSlices,
     &box_hierarchy::BoxHierarchy,
+    &csg::Csg,
     &sphere_board::SphereBoard,
     &octahedral::OctahedralImpostor,
     &billboard_cloud::BillboardCloud,
     &meshopt::Meshopt,
     &lodf::Lodf,
     &multichain::Multichain,
+    &lodstrips::LodstripsWood,
 ];
 
 /// How much of a tree a method builds.

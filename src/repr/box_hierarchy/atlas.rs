@@ -30,8 +30,10 @@ pub struct Atlas {
 /// A picture and where it stands.
 #[derive(Debug, Clone)]
 pub struct Taken {
-    color: RgbaImage,
-    normals: RgbaImage,
+    /// With its rim.
+    pub color: RgbaImage,
+    /// Of the same size.
+    pub normals: RgbaImage,
     /// Which of the box's planes.
     pub plane: usize,
 }

@@ -61,10 +61,6 @@ pub struct BoxCard {
     pub uvs: [Vec2; 2],
 }
 
-/// A picture is seen wholly from the second cosine of the angle to its normal on, and not at all below the first: edge-on it is a line.
-const SEEN: [f32; 2] = [0.1, 0.4];
-/// The same of slices, of which one set of the three is enough; 0.577 is as far from all.
-const SLICES_SEEN: [f32; 2] = [0.42, 0.57];
 
 impl LeafBox {
     /// Its extent.
@@ -109,8 +105,8 @@ impl Crown {
             }
             let opens = self.opens(number);
             let near = opens.then(|| self.from(number));
-            let cosines = if self.arrangement == Arrangement::Volume { SLICES_SEEN } else { SEEN };
-            let seen = Seen { facing: Facing::Own { cosines }, ..self.seen(own.anchor(), near, vanishes[number]) };
+            let facing = Facing::Own { cosines: self.arrangement.cosines() };
+            let seen = Seen { facing, ..self.seen(own.anchor(), near, vanishes[number]) };
             parts.extend(self.pictures(number).map(|part| BuiltPart::still(part).seen(seen)));
             if opens && !own.divided {
                 let far = if self.shows(number) { Some(self.from(number)) } else { vanishes[number] };
@@ -122,24 +118,42 @@ impl Crown {
         parts
     }
 
-    /// Representative distances: everything in leaves, then each depth where most of its boxes show, then the whole crown in one.
+    /// Representative distances: all in leaves, then for each depth one at which as few boxes as possible fade, then the whole crown in one.
     pub fn levels(&self) -> Vec<Level> {
-        let shown = |depth: usize| {
-            let mut distances: Vec<f32> = self.boxes.iter().filter(|b| b.depth as usize == depth).map(|b| b.distance).collect();
+        let whole = self.boxes.first().map_or(1.0, |own| own.distance);
+        let mut levels = vec![];
+        if !self.leaves.is_empty() {
+            let nearest = self.boxes.iter().map(|own| own.distance).fold(f32::MAX, f32::min);
+            levels.push(Level { name: "leaves".to_owned(), distance: 0.5 * nearest });
+        }
+        for depth in (1..self.atlases.len()).rev() {
+            let Some([near, far]) = self.shown_at(depth) else { continue };
+            // Of many places between the depths, the first of those where the fewest boxes fade.
+            let places = (0..32).map(|i| near * (far / near).powf(i as f32 / 31.0));
+            let Some(distance) = places.min_by_key(|distance| self.fading_at(*distance)) else { continue };
+            if levels.last().is_none_or(|level: &Level| level.distance < distance) {
+                levels.push(Level { name: format!("boxes of depth {depth}"), distance });
+            }
+        }
+        levels.push(Level { name: "one box".to_owned(), distance: 1.5 * whole });
+        levels
+    }
+
+    /// From which to which distance most boxes of a depth show; `None` where none does.
+    fn shown_at(&self, depth: usize) -> Option<[f32; 2]> {
+        let middle = |depth: usize| {
+            let mut distances: Vec<f32> =
+                self.boxes.iter().filter(|own| own.depth as usize == depth).map(|own| own.distance).collect();
             distances.sort_by(f32::total_cmp);
             distances.get(distances.len() / 2).copied()
         };
-        let nearest = self.boxes.iter().map(|b| b.distance).fold(f32::MAX, f32::min);
-        let mut levels = vec![Level { name: "one box".to_owned(), distance: 1.5 * self.boxes.first().map_or(1.0, |b| b.distance) }];
-        for depth in 1..self.atlases.len() {
-            let (Some(from), Some(to)) = (shown(depth), shown(depth - 1)) else { continue };
-            levels.push(Level { name: format!("boxes of depth {depth}"), distance: (from * to).sqrt() });
-        }
-        if !self.leaves.is_empty() {
-            levels.push(Level { name: "leaves".to_owned(), distance: 0.5 * nearest });
-        }
-        levels.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-        levels
+        let ends = [middle(depth)?, middle(depth - 1)?];
+        (ends[0] > 0.0 && ends[0] < ends[1]).then_some(ends)
+    }
+
+    fn fading_at(&self, distance: f32) -> usize {
+        let fades = |own: &&LeafBox| (own.distance * (1.0 - self.band)..own.distance * (1.0 + self.band)).contains(&distance);
+        self.boxes.iter().filter(fades).count()
     }
 
     fn from(&self, number: usize) -> From {

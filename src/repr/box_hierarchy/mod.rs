@@ -13,6 +13,9 @@ mod branches;
 mod crown;
 mod plan;
 mod planes;
+mod stream;
+
+use std::ops::Range;
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -33,6 +36,7 @@ use planes::{Plane, planes};
 pub use atlas::Atlas;
 pub use crown::{BoxCard, Crown, LeafBox};
 pub use planes::Arrangement;
+pub use stream::{Received, Stream, read_stream, write_stream};
 
 params! {
     /// Which boxes of a tree get pictures, and which pictures.
@@ -112,17 +116,15 @@ pub fn crown(job: &Job) -> Result<Crown> {
         least_leaves: params.least_leaves as usize,
         most_boxes: params.most_boxes as usize,
     };
-    let planned = plan(&Branches::of(tree), rules);
+    let branches = Branches::of(tree);
+    let planned = plan(&branches, rules);
     if planned.is_empty() {
         return Err(refused("it has no leaves to put into boxes"));
     }
     let height_m = BuiltTree::new(job.source.box_of_all()?, vec![]).height_m();
     let side_px = params.picture_px.0;
     let planes_of = |own: &PlannedBox| planes(own.bounds, params.arrangement, params.slices);
-    let taken = |own: &PlannedBox| {
-        let parts = leaves_of(tree, &own.leaves);
-        take(job.capture, &parts.iter().collect::<Vec<_>>(), &planes_of(own), side_px)
-    };
+    let taken = |own: &PlannedBox| pictures_of(job, tree, &branches, own, &planes_of(own), &params);
     let pictures: Vec<Vec<Taken>> = planned.par_iter().map(taken).collect::<Result<_>>()?;
 
     let mut boxes: Vec<LeafBox> = planned.iter().map(|own| leaf_box(own, &params, height_m)).collect();
@@ -144,6 +146,33 @@ pub fn crown(job: &Job) -> Result<Crown> {
         Crown { height_m, band: params.box_fade as f32, arrangement: params.arrangement, leaves: leaves.collect(), boxes, atlases };
     crown.nest_distances();
     Ok(crown)
+}
+
+/// The pictures of a box.
+fn pictures_of(
+    job: &Job,
+    tree: &ReferenceTree,
+    branches: &Branches,
+    own: &PlannedBox,
+    planes: &[Plane],
+    params: &BoxParams,
+) -> Result<Vec<Taken>> {
+    let side_px = params.picture_px.0;
+    let take = |leaves: &[u32], range: Range<usize>| {
+        let parts = leaves_of(tree, leaves);
+        let taken = take(job.capture, &parts.iter().collect::<Vec<_>>(), &planes[range.clone()], side_px)?;
+        Ok(taken.into_iter().map(move |picture| Taken { plane: picture.plane + range.start, ..picture }))
+    };
+    if params.arrangement != Arrangement::Diagonal {
+        return Ok(take(&own.leaves, 0..planes.len())?.collect());
+    }
+    let mut pictures = vec![];
+    for number in 0..planes.len() {
+        let shown = |leaf: &&u32| params.arrangement.shows(planes, number, branches.leaves[**leaf as usize].center());
+        let leaves: Vec<u32> = own.leaves.iter().filter(shown).copied().collect();
+        pictures.extend(take(&leaves, number..number + 1)?);
+    }
+    Ok(pictures)
 }
 
 /// A box without its pictures. It does from where a texel is as wide as allowed (§4.1, fig. 5).

@@ -21,6 +21,32 @@ choices! {
     }
 }
 
+impl Arrangement {
+    /// A picture is seen wholly from the second cosine of the angle to its normal on and not at all below the first. So edge-on lines do not
+    /// show, and of every leaf about as much area is seen from everywhere as it has: of three crossed planes one from the front, at 0.577
+    /// all three from a corner; of three pairs of diagonal ones two at 0.707.
+    pub fn cosines(self) -> [f32; 2] {
+        match self {
+            Self::Axes => [0.3, 0.8],
+            Self::Volume => [0.4, 0.75],
+            Self::Diagonal => [0.2, 0.85],
+        }
+    }
+
+    /// Which of a box's planes show a leaf with that middle. All, but of every two that cross along an axis only the nearer one: else a crown
+    /// would be twice as dense from everywhere, and leaves would stand far from where they are (ours).
+    pub fn shows(self, planes: &[Plane], number: usize, middle: Vec3) -> bool {
+        let away = |plane: &Plane| (plane.axes[2].dot(middle) - plane.at).abs();
+        match self {
+            Self::Axes | Self::Volume => true,
+            Self::Diagonal => {
+                let nearer = away(&planes[number & !1]) <= away(&planes[number | 1]);
+                nearer == (number & 1 == 0)
+            }
+        }
+    }
+}
+
 /// One picture of a box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {

@@ -6,8 +6,8 @@
 
 mod flat;
 mod levels;
-mod picture;
-mod subject;
+pub(super) mod picture;
+pub(super) mod subject;
 
 use crate::crown::{self, CrownParams, Hull};
 use crate::geom::Bounds;
@@ -49,6 +49,10 @@ crate::params! {
         texture_size: PowerOfTwo = PowerOfTwo(512), in 64..=2048, unit "texels", source "ours: as `model` has it";
         /// Most crowns of one tree.
         max_crowns: u32 = 8, in 1..=24, unit "crowns", source "ours: more add little but polygons";
+        /// Largest fault of a single crown before it is parted: 1 − IoU of its outline with that of its leaves.
+        lobe_split: f64 = 0.05, in 0.0..=1.0, unit "", source "ours: as `model` has it";
+        /// How much of the mean growth of outlines is taken off the crowns beforehand.
+        inset: f64 = 1.0, in 0.0..=2.0, unit "", source "ours: what is grown and what is not together cover what the leaves do";
         /// Pixels that a photograph of a true tree has along the tree's longest side.
         picture_px: u32 = 768, in 64..=4096, unit "px", source "ours: a texel of the atlas is no smaller";
         /// How far a coarser level's outline may be off where it takes over.
@@ -91,8 +95,12 @@ impl Representation for SphereBoard {
     fn build(&self, job: &Job) -> Result<BuiltTree> {
         let params: SphereBoardParams = job.settings.read()?;
         let bounds = job.source.box_of_all()?;
-        let subject = Subject::of(job, &params, bounds)?;
+        let mut subject = Subject::of(job, &params, bounds)?;
         let growth = job.source.growth().unwrap_or_else(|| growth(&subject, bounds));
+        if subject.finest.is_none() {
+            let grown_m = 0.5 * (growth.min_m + growth.max_m);
+            subject.clusters.iter_mut().for_each(|cluster| cluster.hull.inset(params.inset * grown_m));
+        }
         let wood = if job.scope == Scope::Tree { subject.trunk.clone() } else { None };
         let atlas = |halvings: u32| PowerOfTwo((params.texture_size.0 >> halvings).max(64));
         let near = match &subject.finest {

@@ -22,13 +22,13 @@ const COVERED: u8 = 64;
 
 /// One photograph.
 #[derive(Debug, Clone)]
-pub(super) struct Picture {
+pub(in crate::repr) struct Picture {
     pub photo: Photo,
     /// Leaves and the spaces between them, without holes.
     pub crown: Mask,
     /// The spaces: as many pixels of the crown as its leaves leave open.
     pub gaps: Mask,
-    pub azimuth_rad: f32,
+    stand: Stand,
     axes: [Vec3; 3],
     pub metres_per_px: f64,
     /// Where the origin of object space lies, pixels.
@@ -37,19 +37,21 @@ pub(super) struct Picture {
 
 /// From where a photograph is taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Stand {
+pub(in crate::repr) struct Stand {
     pub azimuth_rad: f32,
     pub elevation_rad: f32,
 }
 
 impl Stand {
-    pub fn round(azimuth_rad: f32) -> Self {
+    pub const ABOVE: Self = Self { azimuth_rad: 0.0, elevation_rad: std::f32::consts::FRAC_PI_2 };
+
+    pub(in crate::repr) const fn round(azimuth_rad: f32) -> Self {
         Self { azimuth_rad, elevation_rad: 0.0 }
     }
 }
 
 /// Takes `parts` from each stand at one scale; `None` where nothing is seen of them.
-pub(super) fn taken(capture: &dyn Capture, parts: &[Part], stands: &[Stand], scale: Scale) -> Result<Vec<Option<Picture>>> {
+pub(in crate::repr) fn taken(capture: &dyn Capture, parts: &[Part], stands: &[Stand], scale: Scale) -> Result<Vec<Option<Picture>>> {
     let parts: Vec<&Part> = parts.iter().collect();
     let corners = || parts.iter().flat_map(|part| used_corners(part));
     let mut views = Vec::new();
@@ -70,7 +72,7 @@ fn used_corners(part: &Part) -> impl Iterator<Item = Vec3> + '_ {
 
 /// How large a tree appears in its pictures.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Scale {
+pub(in crate::repr) struct Scale {
     pub metres_per_px: f32,
     /// Of the tree's longest side.
     pub longest_px: u32,
@@ -110,7 +112,7 @@ impl Picture {
             gaps: open(&crown, taken.coverage.as_raw()),
             crown,
             photo: Photo { image: opaque(taken), opaque: None },
-            azimuth_rad: stand.azimuth_rad,
+            stand: *stand,
             axes: view.axes,
             metres_per_px,
             foot_px: foot + 0.5 * DVec2::new(f64::from(view.width_px), f64::from(view.height_px)),
@@ -121,13 +123,15 @@ impl Picture {
     ///
     /// # Errors
     /// [`Error::CrownTooSmall`].
-    pub fn outline(&self) -> Result<Outline> {
+    pub(in crate::repr) fn outline(&self) -> Result<Outline> {
         let traced = silhouette::trace(&self.crown, &self.crown, &SilhouetteParams::default())?;
-        Ok(Outline::from_silhouette(&traced, self.foot_px, self.metres_per_px, f64::from(self.azimuth_rad)))
+        let Stand { azimuth_rad, elevation_rad } = self.stand;
+        let seen = Outline::from_silhouette(&traced, self.foot_px, self.metres_per_px, f64::from(azimuth_rad));
+        Ok(Outline { elevation_rad: f64::from(elevation_rad), ..seen })
     }
 
     /// As a source of texture.
-    pub fn front(&self) -> Front<'_> {
+    pub(in crate::repr) fn front(&self) -> Front<'_> {
         Front {
             image: &self.photo.image,
             crown: &self.crown,
@@ -163,12 +167,12 @@ fn open(crown: &Mask, coverage: &[u8]) -> Mask {
 }
 
 /// A place that shows nothing.
-pub(super) fn nothing_seen() -> Error {
+pub(in crate::repr) fn nothing_seen() -> Error {
     Error::CrownTooSmall { needed: 9, found: 0 }
 }
 
 /// The trunk below the crown as it is seen from `azimuth_rad`, and the size of a pixel; `None` where leaves hide it.
-pub(super) fn trunk_seen(
+pub(in crate::repr) fn trunk_seen(
     capture: &dyn Capture,
     source: &TreeSource,
     azimuth_rad: f32,

@@ -15,16 +15,20 @@ use crate::crown::{self, CrownParams, Hull, Outline};
 use crate::geom::{Bounds, PolyMesh, Surface};
 use crate::model::{Part, TrunkShape};
 use crate::photo::Roughness;
+use crate::raster::{to_linear, to_srgb};
 use crate::repr::{Job, Scope, TreeSource};
 use crate::texture::Front;
 
-/// From where a cluster is looked at to find its parts: from the front and from the right.
-const SIDES: [f32; 2] = [0.0, FRAC_PI_2];
+/// From where a cluster is looked at to find its parts: from the front, from the right, and from above.
+const SIDES: [Stand; 3] = [Stand::round(0.0), Stand::round(FRAC_PI_2), Stand::ABOVE];
+/// From where its outline is taken, where its depth may be seen.
+const OUTLINES: [Stand; 5] =
+    [Stand::round(0.0), Stand::round(0.5 * FRAC_PI_2), Stand::round(FRAC_PI_2), Stand::round(1.5 * FRAC_PI_2), Stand::ABOVE];
 /// From how many sides the model of a photograph is looked at for its coarser levels.
 const AROUND_A_MODEL: u32 = 4;
 
 /// A cluster of foliage.
-pub(super) struct Cluster {
+pub(in crate::repr) struct Cluster {
     pub hull: Hull,
     /// What its texture is made of; the first is the front, and there is one.
     pub pictures: Vec<Picture>,
@@ -32,7 +36,7 @@ pub(super) struct Cluster {
 }
 
 /// All that is known of a tree.
-pub(super) struct Subject {
+pub(in crate::repr) struct Subject {
     /// At least one.
     pub clusters: Vec<Cluster>,
     pub trunk: Option<Part>,
@@ -41,13 +45,13 @@ pub(super) struct Subject {
 }
 
 impl Subject {
-    pub fn of(job: &Job, params: &SphereBoardParams, bounds: Bounds) -> Result<Self> {
+    pub(in crate::repr) fn of(job: &Job, params: &SphereBoardParams, bounds: Bounds) -> Result<Self> {
         let foliage: Vec<Part> = job.source.parts(Scope::Foliage).into_iter().cloned().collect();
         let size = job.source.bounds(Scope::Foliage).unwrap_or(bounds).size().max_element().max(1e-3);
         let scale = Scale { metres_per_px: size / params.picture_px as f32, longest_px: params.picture_px };
         let TreeSource::Model { model, .. } = job.source else {
             let mut clusters = Vec::new();
-            for group in parted(job, foliage, params, scale)? {
+            for group in groups(job, foliage, params, scale)? {
                 clusters.push(Cluster::of(job, &group, params.azimuths, params, scale)?);
             }
             clusters.sort_by(|a, b| b.hull.area_m2().total_cmp(&a.hull.area_m2()));
@@ -61,9 +65,16 @@ impl Subject {
     }
 }
 
-/// The foliage of a true tree, one list of parts for each cluster.
+/// The foliage of a tree, one list of parts for each cluster: the crowns of a model, or what is found on a true tree.
+pub(in crate::repr) fn groups(job: &Job, foliage: Vec<Part>, params: &SphereBoardParams, scale: Scale) -> Result<Vec<Vec<Part>>> {
+    match job.source {
+        TreeSource::Model { .. } => Ok(foliage.into_iter().map(|crown| vec![crown]).collect()),
+        TreeSource::Reference(_) => parted(job, foliage, params, scale),
+    }
+}
+
 fn parted(job: &Job, foliage: Vec<Part>, params: &SphereBoardParams, scale: Scale) -> Result<Vec<Vec<Part>>> {
-    let sides = &SIDES[..if params.depth == Unseen::Seen { 2 } else { 1 }];
+    let sides = &SIDES[..if params.depth == Unseen::Seen { 3 } else { 1 }];
     let mut done = Vec::new();
     // What is still to be looked at, from which side next, and from how many it was found to be one.
     let mut open = VecDeque::from([(foliage, 0, 0)]);
@@ -71,7 +82,7 @@ fn parted(job: &Job, foliage: Vec<Part>, params: &SphereBoardParams, scale: Scal
     while let Some((parts, side, times_whole)) = open.pop_front() {
         let room = params.max_crowns as usize - done.len() - open.len();
         let picture = if times_whole < sides.len() && room > 1 {
-            taken(job.capture, &parts, &[Stand::round(sides[side])], scale)?.pop().flatten()
+            taken(job.capture, &parts, &[sides[side]], scale)?.pop().flatten()
         } else {
             None
         };
@@ -83,7 +94,7 @@ fn parted(job: &Job, foliage: Vec<Part>, params: &SphereBoardParams, scale: Scal
         let of_all = area_px / *whole_px.get_or_insert(area_px);
         let usual = CrownParams::default();
         let min_lobe = (usual.min_lobe / of_all.max(1e-3)).min(0.5);
-        let lobes = crown::hulls(&[picture.outline()?], &CrownParams { max_crowns: room.min(50) as u32, min_lobe, ..usual })?;
+        let lobes = crown::hulls(&[picture.outline()?], &CrownParams { max_crowns: room.min(50) as u32, min_lobe, lobe_split: params.lobe_split, ..usual })?;
         let next = (side + 1) % sides.len();
         if lobes.len() < 2 {
             open.push_back((parts, next, times_whole + 1));
@@ -148,56 +159,112 @@ fn kept(surface: &Surface, keep: impl Fn(usize) -> bool) -> Surface {
 impl Cluster {
     fn of(job: &Job, parts: &[Part], azimuths: u32, params: &SphereBoardParams, scale: Scale) -> Result<Self> {
         let mut stands: Vec<Stand> = (0..azimuths).map(|i| Stand::round(i as f32 * TAU / azimuths as f32)).collect();
-        if params.above == Unseen::Seen {
-            stands.push(Stand { azimuth_rad: 0.0, elevation_rad: FRAC_PI_2 });
+        stands.extend((params.above == Unseen::Seen).then_some(Stand::ABOVE));
+        let pictured = stands.len();
+        if params.depth == Unseen::Seen {
+            // Those that tell of the shape alone.
+            stands.extend(OUTLINES.iter().filter(|outline| !stands[..pictured].contains(outline)).copied().collect::<Vec<_>>());
         }
-        // A side that tells of depth alone.
-        let aside = params.depth == Unseen::Seen && !azimuths.is_multiple_of(4);
-        stands.extend(aside.then(|| Stand::round(FRAC_PI_2)));
         let mut pictures = taken(job.capture, parts, &stands, scale)?;
-        let upright = |(stand, picture): (&Stand, &Option<Picture>)| {
-            picture.as_ref().filter(|_| stand.elevation_rad == 0.0).map(Picture::outline)
-        };
-        let outlines: Vec<Outline> = stands.iter().zip(&pictures).filter_map(upright).collect::<Result<_>>()?;
+        let outlines: Vec<Outline> = pictures.iter().flatten().map(Picture::outline).collect::<Result<_>>()?;
         let alone = CrownParams { max_crowns: 1, ..CrownParams::default() };
         let hull = crown::hulls(&outlines, &alone)?.pop().ok_or_else(nothing_seen)?;
-        pictures.truncate(stands.len() - usize::from(aside));
+        pictures.truncate(pictured);
         let pictures: Vec<Picture> = pictures.into_iter().flatten().collect();
         let outline = outlines.into_iter().next().filter(|_| !pictures.is_empty()).ok_or_else(nothing_seen)?;
         Ok(Self { hull, pictures, outline })
     }
 
-    pub fn fronts(&self) -> Vec<Front<'_>> {
+    pub(in crate::repr) fn fronts(&self) -> Vec<Front<'_>> {
         self.pictures.iter().map(Picture::front).collect()
     }
 
     /// How rough its first outline is, and what a pixel of that measures.
-    pub fn roughness(&self) -> Option<(Roughness, f64)> {
+    pub(in crate::repr) fn roughness(&self) -> Option<(Roughness, f64)> {
         let metres_per_px = self.pictures.first()?.metres_per_px;
         let px: Vec<_> = self.outline.contour.iter().map(|p| glam::DVec2::new(p.x, -p.y) / metres_per_px).collect();
         Some((Roughness::of(&px), metres_per_px))
     }
 }
 
-/// The trunk below the crowns, as it is seen from the front and the right; a likely one where leaves hide it, none where no wood is.
+/// The trunk below the crowns, as it is seen from the front, with a limb to every further cluster; a likely one where leaves hide it, none
+/// where no wood is.
 fn trunk(job: &Job, clusters: &[Cluster], bounds: Bounds, scale: Scale) -> Result<Option<Part>> {
-    let wood = job.source.parts(Scope::Wood);
-    let Some(first) = clusters.first().filter(|_| !wood.is_empty()) else { return Ok(None) };
+    let Some(first) = clusters.first().filter(|_| job.source.points(Scope::Wood).next().is_some()) else { return Ok(None) };
     let center = first.hull.middle();
-    let [front, side] = SIDES.map(|azimuth| trunk_seen(job.capture, job.source, azimuth, scale));
-    let shape = match (front?, side?) {
-        (Some((cues, metres_per_px)), side) => {
-            let mut shape = TrunkShape::seen(&cues, metres_per_px, center);
-            if let Some((side, metres_per_px)) = side {
-                shape.neck.z = -((side.neck_px.x - side.foot_px.x) * metres_per_px) as f32;
-                shape.tip = shape.neck.midpoint(center);
-            }
-            shape
-        }
-        (None, _) => {
+    let mut shape = match trunk_seen(job.capture, job.source, 0.0, scale)? {
+        Some((cues, metres_per_px)) => TrunkShape::seen(&cues, metres_per_px, center),
+        None => {
             let base = clusters.iter().map(|cluster| cluster.outline.axis_base.y).fold(f64::MAX, f64::min) as f32;
             TrunkShape::guessed(Vec3::new(0.0, base, 0.0), center, f64::from(bounds.max.y))
         }
     };
-    Ok(Some(shape.build().part()))
+    // Where it enters the crown is better known from the wood than from one side.
+    let reach = 0.02 * bounds.max.y;
+    let there = job.source.points(Scope::Wood).filter(|p| (p.y - shape.neck.y).abs() < reach);
+    let (sum, count) = there.fold((Vec3::ZERO, 0.0), |(sum, count), p| (sum + p, count + 1.0));
+    if count > 0.0 {
+        (shape.neck.x, shape.neck.z) = (sum.x / count, sum.z / count);
+    }
+    // Bare between clusters, it is seen up to the largest.
+    shape.tip = if clusters.len() > 1 { center } else { shape.neck.midpoint(center) };
+    let [r, g, b, _] = bark(job);
+    shape.bark = [r, g, b].map(to_srgb);
+    let mut part = shape.build().part();
+    let (neck, tip) = (shape.neck, shape.tip);
+    for cluster in &clusters[1..] {
+        let end = cluster.hull.middle();
+        let aside = Vec3::new(end.x - neck.x, 0.0, end.z - neck.z).length();
+        // It leaves the trunk somewhat lower than it ends.
+        let share = ((end.y - RISE * aside - neck.y) / (tip.y - neck.y).max(1e-3)).clamp(0.0, 0.95);
+        let thick = LIMB * shape.width_m;
+        part.surface.append(limb(neck.lerp(tip, share), end, [thick, 0.4 * thick]));
+    }
+    Ok(Some(part))
+}
+
+/// How much a limb rises over its run, and how thick it is at the trunk, of the trunk's width.
+const RISE: f32 = 0.25;
+const LIMB: f32 = 0.2;
+/// Its corners.
+const LIMB_SIDES: u32 = 5;
+
+/// A closed limb between two places; half its width at either.
+fn limb(from: Vec3, to: Vec3, radii: [f32; 2]) -> Surface {
+    let along = (to - from).normalize_or(Vec3::Y);
+    let (right, up) = along.any_orthonormal_pair();
+    let mut surface = Surface::default();
+    for (end, radius) in [from, to].into_iter().zip(radii) {
+        for k in 0..LIMB_SIDES {
+            let (sin, cos) = (TAU * k as f32 / LIMB_SIDES as f32).sin_cos();
+            surface.normals.push(cos * right + sin * up);
+            surface.mesh.positions.push(end + radius * (cos * right + sin * up));
+        }
+    }
+    for k in 0..LIMB_SIDES {
+        let next = (k + 1) % LIMB_SIDES;
+        surface.mesh.quads.push([k, next, LIMB_SIDES + next, LIMB_SIDES + k]);
+        if (1..LIMB_SIDES - 1).contains(&k) {
+            surface.mesh.triangles.push([0, next, k]);
+            surface.mesh.triangles.push([LIMB_SIDES, LIMB_SIDES + k, LIMB_SIDES + next]);
+        }
+    }
+    surface
+}
+
+/// The mean colour of the wood: linear light.
+pub(in crate::repr) fn bark(job: &Job) -> [f32; 4] {
+    let mut sum = glam::Vec4::ZERO;
+    for part in job.source.parts(Scope::Wood) {
+        let texture = part.material.texture.as_ref().map_or(glam::Vec4::ONE, |picture| {
+            let texels = picture.pixels().filter(|texel| texel.0[3] >= 128).step_by(7);
+            let (sum, count) = texels.fold((Vec3::ZERO, 0.0f32), |(sum, count), texel| {
+                (sum + Vec3::from([texel.0[0], texel.0[1], texel.0[2]].map(to_linear)), count + 1.0)
+            });
+            if count > 0.0 { (sum / count).extend(1.0) } else { glam::Vec4::ONE }
+        });
+        let weight = part.surface.mesh.polygon_count() as f32;
+        sum += weight * (texture * glam::Vec4::from(part.material.factor)).truncate().extend(1.0);
+    }
+    if sum.w > 0.0 { (sum / sum.w).to_array() } else { [0.12, 0.09, 0.06, 1.0] }
 }
