@@ -27,6 +27,10 @@ def draw(shot: dict[str, Any], folder: Path) -> None:
     camera.location, camera.rotation_euler = (x, -z - shot["distance_m"], y), (math.pi / 2, 0, 0)
     scene.collection.objects.link(camera)
     scene.camera = camera
+    scene.world = bpy.data.worlds.new("sky")
+    if not scene.world.use_nodes:
+        scene.world.use_nodes = True
+    scene.world.node_tree.nodes["Background"].inputs[0].default_value = (1, 1, 1, 1)
     scene.render.engine, scene.cycles.device, scene.cycles.samples = "CYCLES", "CPU", SAMPLES
     # Leaves behind leaves are looked through as often as need be.
     scene.cycles.transparent_max_bounces = 256
