@@ -106,9 +106,7 @@ fn notes(built: &BuiltTree) -> Vec<String> {
     }
     let all = built.parts.len();
     let note = |(needs, count): &(&str, usize)| {
-        format!(
-            "{count} of {all} parts: each {needs}, which glTF has no word for; `sphereboard render` and `view` do it, other viewers do not"
-        )
+        format!("{count} of {all} parts: each {needs}, for which glTF has no word: only `sphereboard render` and `view` show it so")
     };
     kinds.iter().map(note).collect()
 }

@@ -114,9 +114,8 @@ impl Wish {
     /// The wished-for stand-in of `source`.
     ///
     /// # Errors
-    /// Those of [`repr::build`], [`limits::check_source`] and [`limits::check_textures`].
+    /// Those of [`repr::build`] and [`limits::check_textures`].
     pub fn build(&self, method: &str, source: &TreeSource) -> Result<BuiltTree> {
-        limits::check_source(source)?;
         let built = repr::build(&self.order(method), source, &SoftwareCapture::new())?;
         limits::check_textures(&built, &self.budget)?;
         warn(source.name(), &built.warnings);
