@@ -518,6 +518,19 @@ pub enum Error {
         /// How far it stands from the tree.
         distance_m: f32,
     },
+    // ---- Captured cards: repr/card ----
+    /// Pictures of a tree that would take too much memory.
+    #[error(
+        "expected the pictures of a tree to take at most {limit_mib} MiB, but {pictures} of this size would take {found_mib} MiB; lower texture_px or how many there are"
+    )]
+    TextureBudget {
+        /// What they may take.
+        limit_mib: u64,
+        /// How many there would be.
+        pictures: usize,
+        /// What they would take.
+        found_mib: u64,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.
