@@ -71,19 +71,20 @@ pub fn window_around(points: impl IntoIterator<Item = Vec3>, axes: [Vec3; 3]) ->
 
 /// Texels taken at a time: what a picture is while it is taken needs some 50 bytes a texel.
 const BATCH_TEXELS: u64 = 1 << 23;
-/// Bytes that all pictures of a tree may take, normals and smaller sizes included.
+/// Bytes that all pictures of a tree may take while it is built, normals and smaller sizes included: a bound on memory. What a user allows
+/// is checked on what was built ([`super::limits`]).
 const LIMIT_BYTES: u64 = 1 << 30;
 
 /// Takes `cards` of `parts`: a part each, seen from both sides; `None` for one in which nothing is seen.
 ///
 /// # Errors
-/// [`Error::TextureBudget`] when they would take more than 1 GiB, and those of [`Capture::take`].
+/// [`Error::TooManyPictures`] when they would take more than 1 GiB, and those of [`Capture::take`].
 pub fn captured(capture: &dyn Capture, parts: &[&Part], cards: &[Card]) -> Result<Vec<Option<Part>>> {
     let texels = |card: &Card| u64::from(card.size_px[0]) * u64::from(card.size_px[1]);
     // A picture and its normals, 4 bytes a texel each, and a third for their smaller sizes.
     let bytes = cards.iter().map(texels).sum::<u64>() * 8 / 3 * 4;
     if bytes > LIMIT_BYTES {
-        return Err(Error::TextureBudget { limit_mib: LIMIT_BYTES >> 20, pictures: cards.len(), found_mib: bytes >> 20 });
+        return Err(Error::TooManyPictures { limit_mib: LIMIT_BYTES >> 20, pictures: cards.len(), found_mib: bytes >> 20 });
     }
     let largest = cards.iter().map(texels).max().unwrap_or(1).max(1);
     let mut made = Vec::with_capacity(cards.len());
