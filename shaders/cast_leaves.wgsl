@@ -12,7 +12,7 @@ fn vs_main(@builtin(vertex_index) number: u32, bearer: Bearer) -> Cast {
     cast.uv = leaf.uv;
     cast.at = leaf.position;
     cast.facing = dot(turned(tree.rotation, leaf.normal), frame.toward_sun);
-    cast.share = share_of(tree, true);
+    cast.share = share_of(tree, leaf.normal, true);
     return cast;
 }
 
