@@ -18,6 +18,7 @@ pub mod grid_slices;
 pub mod levels;
 pub mod limits;
 pub mod lodf;
+pub mod lodstrips;
 mod meshopt;
 pub mod multichain;
 mod octahedral;
@@ -56,6 +57,7 @@ pub const METHODS: &[&dyn Representation] = &[
     &meshopt::Meshopt,
     &lodf::Lodf,
     &multichain::Multichain,
+    &lodstrips::LodstripsWood,
 ];
 
 /// How much of a tree a method builds.
