@@ -295,10 +295,10 @@ impl BuiltTree {
         self
     }
 
-    /// This and what another method built of the rest of the tree. Levels are those of either that has more.
+    /// This and what another method built of the rest of the tree. Levels are those of the other only where this has but one.
     pub fn joined(mut self, other: Self) -> Self {
         self.parts.extend(other.parts);
-        if other.levels.len() > self.levels.len() {
+        if self.levels.len() == 1 {
             self.levels = other.levels;
         }
         self.growth = self.growth.or(other.growth);
