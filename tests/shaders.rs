@@ -144,6 +144,8 @@ fn rust_structs() -> Vec<Layout> {
             tile_count,
             alike,
         }),
+        rust_struct!(LeafCorner { position, u, normal, v }),
+        rust_struct!(Leaf { corners, wears, cluster, into, heir }),
         rust_struct!(Counts { grown, instances, first_vertex, first_instance, roots }),
         rust_struct!(GrownPlace { pixel, depth }),
         rust_struct!(GrownColor { red_green, blue_coverage }),
@@ -164,7 +166,21 @@ fn rust_structs() -> Vec<Layout> {
             tree_half,
             pad2,
         }),
-        rust_struct!(Presence { anchor, fade, appears, vanishes, axis, facing, cosines, drawn, grid, pivot, radius_m }),
+        rust_struct!(Presence {
+            anchor,
+            fade,
+            appears,
+            vanishes,
+            axis,
+            facing,
+            cosines,
+            drawn,
+            grid,
+            pivot,
+            radius_m,
+            vanish_anchor,
+            pad,
+        }),
     ]
 }
 

@@ -16,6 +16,7 @@ pub const SHARED_NUMBERS: &[(&str, u32)] = &[
     ("FACING", Presence::FACING),
     ("FACING_LEVEL", Presence::FACING_LEVEL),
     ("FACING_BOTH", Presence::FACING_BOTH),
+    ("FACING_OWN", Presence::FACING_OWN),
     ("FADE_NEVER", Presence::FADE_NEVER),
     ("FADE_ALPHA", Presence::FADE_ALPHA),
     ("TURNED_UPRIGHT", Presence::TURNED_UPRIGHT),
@@ -145,7 +146,7 @@ pub struct Presence {
     pub vanishes: [f32; 2],
     /// Unit vector of the side from which it is seen.
     pub axis: [f32; 3],
-    /// Bits: [`Presence::FACING`], [`Presence::FACING_LEVEL`], [`Presence::FACING_BOTH`].
+    /// Bits: [`Presence::FACING`], [`Presence::FACING_LEVEL`], [`Presence::FACING_BOTH`], [`Presence::FACING_OWN`].
     pub facing: u32,
     /// Where it begins to be seen by the cosine to that side, and where it is seen wholly.
     pub cosines: [f32; 2],
@@ -157,6 +158,10 @@ pub struct Presence {
     pub pivot: [f32; 3],
     /// Octahedral: half the side of each picture, metres.
     pub radius_m: f32,
+    /// From where it is told how far it is until it vanishes, object space.
+    pub vanish_anchor: [f32; 3],
+    /// Unused: keeps the size a multiple of 16.
+    pub pad: f32,
 }
 
 impl Presence {
@@ -172,6 +177,8 @@ impl Presence {
     pub const FACING_LEVEL: u32 = 2;
     /// And from the other side.
     pub const FACING_BOTH: u32 = 4;
+    /// By each polygon's own normal.
+    pub const FACING_OWN: u32 = 8;
     /// A card that turns about the vertical.
     pub const TURNED_UPRIGHT: u32 = 1;
     /// A card that faces whoever sees it.
@@ -263,6 +270,41 @@ pub struct GrowingCrown {
     pub count: u32,
     /// Unused, keeps the size a multiple of 16.
     pub pad: u32,
+}
+
+/// A corner of an original leaf: WGSL `LeafCorner`, four in a row for each leaf.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct LeafCorner {
+    /// Object space, metres.
+    pub position: [f32; 3],
+    /// Texture coordinate, glTF's.
+    pub u: f32,
+    /// Unit normal, object space.
+    pub normal: [f32; 3],
+    /// The other.
+    pub v: f32,
+}
+
+/// A leaf of any level of detail: WGSL `Leaf`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Leaf {
+    /// Each: original · 8 + corner · 2 + whether the normal is turned round.
+    pub corners: [u32; 4],
+    /// The original whose picture it wears.
+    pub wears: u32,
+    /// Its cluster.
+    pub cluster: u32,
+    /// The leaf that replaces it; [`Leaf::NOTHING`] for one that is never replaced.
+    pub into: u32,
+    /// 1 when that one wears its picture.
+    pub heir: u32,
+}
+
+impl Leaf {
+    /// The number of no leaf, and not that of which a cluster says that it makes none.
+    pub const NOTHING: u32 = u32::MAX - 1;
 }
 
 /// One vertex of a mesh.

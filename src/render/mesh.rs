@@ -81,6 +81,22 @@ pub fn pipeline(
     cull_mode: Option<wgpu::Face>,
     polygon_mode: wgpu::PolygonMode,
 ) -> wgpu::RenderPipeline {
+    let buffers = [Some(layout::Vertex::LAYOUT), Some(layout::Instance::LAYOUT)];
+    pipeline_of(gpu, label, layout, shader, &buffers, targets, cull_mode, polygon_mode)
+}
+
+/// The same for vertices from other buffers.
+#[expect(clippy::too_many_arguments)]
+pub fn pipeline_of(
+    gpu: &Gpu,
+    label: &'static str,
+    layout: &wgpu::PipelineLayout,
+    shader: &Shader,
+    buffers: &[Option<wgpu::VertexBufferLayout>],
+    targets: Option<&[Option<wgpu::ColorTargetState>]>,
+    cull_mode: Option<wgpu::Face>,
+    polygon_mode: wgpu::PolygonMode,
+) -> wgpu::RenderPipeline {
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(label),
         layout: Some(layout),
@@ -88,7 +104,7 @@ pub fn pipeline(
             module: &shader.0,
             entry_point: Some("vs_main"),
             compilation_options: Default::default(),
-            buffers: &[Some(layout::Vertex::LAYOUT), Some(layout::Instance::LAYOUT)],
+            buffers,
         },
         primitive: wgpu::PrimitiveState { cull_mode, polygon_mode, ..Default::default() },
         depth_stencil: Some(nearer()),

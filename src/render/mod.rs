@@ -14,6 +14,7 @@ mod backdrop;
 mod camera;
 mod composite;
 mod drawer;
+mod forest;
 mod growth;
 mod growth_pass;
 #[cfg(test)]
@@ -50,6 +51,7 @@ pub use wind::WindParams;
 use backdrop::Backdrop;
 use composite::Composite;
 use drawer::{Drawer, PassKind};
+use forest::ForestDrawer;
 use growth_pass::GrowthPass;
 use light::Light;
 use mesh::MeshDrawer;
@@ -122,11 +124,19 @@ pub struct Shot {
     pub wind: WindParams,
     /// How outlines grow.
     pub growth: GrowthParams,
+    /// Draws every tree as if it were so many heights away, as [`repr::Seen`](crate::repr::Seen) has distances: one level of detail,
+    /// wherever the viewer stands. `None` for the level that belongs there.
+    pub level_distance: Option<f32>,
     /// Number of the frame: only [`GrowthKeys::Random`] asks for it.
     pub frame: u32,
 }
 
 impl Shot {
+    /// [`Camera::heights`] of the picture; a told level is a first number with a second below 0.
+    pub(crate) fn heights(&self) -> [f32; 2] {
+        self.level_distance.map_or_else(|| self.camera.heights(self.size_px[1]), |told| [told, -1.0])
+    }
+
     /// A lit picture under a sky in still air, as the parameters' defaults have it.
     pub fn new(camera: Camera, size_px: [u32; 2]) -> Self {
         Self {
@@ -140,6 +150,7 @@ impl Shot {
             light: LightParams::default(),
             wind: WindParams::default(),
             growth: GrowthParams::default(),
+            level_distance: None,
             frame: 0,
         }
     }
@@ -177,6 +188,9 @@ pub struct Renderer {
     parts: PartStore,
     instances: Instances,
     meshes: MeshDrawer,
+    leaves: ForestDrawer,
+    /// What drawers have sent for the last frame.
+    sent_bytes: u64,
     sun: SunMap,
     composite: Composite,
     growth: GrowthPass,
@@ -224,6 +238,7 @@ impl Renderer {
         let parts = PartStore::new(&gpu);
         let instances = Instances::new(&gpu);
         let meshes = MeshDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
+        let leaves = ForestDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
         let composite = Composite::new(&gpu, &frame_layout);
         let growth = GrowthPass::new(&gpu);
         gpu.check()?;
@@ -235,6 +250,8 @@ impl Renderer {
             parts,
             instances,
             meshes,
+            leaves,
+            sent_bytes: 0,
             sun,
             composite,
             growth,
@@ -302,6 +319,16 @@ impl Renderer {
         clock.read(&self.gpu)
     }
 
+    /// What was sent to the device for the last frame because of what it shows of trees: changes of level of foliage.
+    pub fn sent_bytes(&self) -> u64 {
+        self.sent_bytes
+    }
+
+    /// Leaves of foliage in levels of detail that the last frame showed.
+    pub fn leaves_shown(&self) -> usize {
+        self.leaves.leaves_shown()
+    }
+
     /// The picture that [`Renderer::draw`] made last.
     ///
     /// # Panics
@@ -335,8 +362,8 @@ impl Renderer {
         let sun_map = view.map(|view| (view, self.sun.size_px));
         let (scene, _) = self.instances.scene(&self.gpu, shot, stands, growing, sun_map)?;
         let gpu = &self.gpu;
-        self.meshes.prepare(gpu, &scene)?;
-        let drawers: [&dyn Drawer; 1] = [&self.meshes];
+        self.sent_bytes = self.meshes.prepare(gpu, &scene)? + self.leaves.prepare(gpu, &scene)?;
+        let drawers: [&dyn Drawer; 2] = [&self.meshes, &self.leaves];
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let mut passed = |encoder: &mut _, pass| self.clock.as_mut().map_or(Ok(()), |clock| clock.passed(gpu, encoder, pass));
         passed(&mut encoder, "begin")?;
@@ -481,7 +508,7 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> lay
         sun_depth_m: sun.map_or(1.0, |sun| sun.depth_m),
         backward: shot.camera.axes[2].to_array(),
         layer: shot.camera.projection.layer(),
-        heights: shot.camera.heights(height),
+        heights: shot.heights(),
         pad: [0.0; 2],
     }
 }

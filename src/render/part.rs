@@ -157,9 +157,13 @@ fn material_of(part: &Part, crown: u32, tree: Bounds) -> layout::Material {
 }
 
 fn presence_of(BuiltPart { part, drawn, seen }: &BuiltPart) -> layout::Presence {
-    let Seen { anchor, appears, vanishes, facing, fade } = *seen;
+    let Seen { anchor, vanish_anchor, appears, vanishes, facing, fade } = *seen;
     let (axis, cosines, facing) = match facing {
         Facing::Any => (Vec3::Z, [0.0; 2], 0),
+        Facing::Own { cosines } => {
+            let bits = layout::Presence::FACING_OWN | layout::Presence::FACING_BOTH;
+            (Vec3::Z, cosines, layout::Presence::FACING | bits)
+        }
         Facing::Toward { axis, cosines, level, both_sides } => {
             let bit = |set: bool, bit: u32| if set { bit } else { 0 };
             let bits = bit(level, layout::Presence::FACING_LEVEL) | bit(both_sides, layout::Presence::FACING_BOTH);
@@ -167,13 +171,15 @@ fn presence_of(BuiltPart { part, drawn, seen }: &BuiltPart) -> layout::Presence 
         }
     };
     let (pivot, drawn, grid, radius_m) = match *drawn {
-        Drawn::Still => (Vec3::ZERO, 0, 0, 0.0),
+        Drawn::Still | Drawn::Forest(_) => (Vec3::ZERO, 0, 0, 0.0),
         Drawn::Turned { pivot, upright: true } => (pivot, layout::Presence::TURNED_UPRIGHT, 0, 0.0),
         Drawn::Turned { pivot, upright: false } => (pivot, layout::Presence::TURNED_WHOLLY, 0, 0.0),
         Drawn::Octahedral(impostor) => (impostor.center, layout::Presence::TURNED_WHOLLY, impostor.grid, impostor.radius_m),
     };
     layout::Presence {
         anchor: anchor.to_array(),
+        vanish_anchor: vanish_anchor.unwrap_or(anchor).to_array(),
+        pad: 0.0,
         fade: match fade {
             _ if seen.is_always() => layout::Presence::FADE_NEVER,
             // What has no cutoff to raise is thinned out.

@@ -26,20 +26,28 @@ pub struct Viewer {
 impl Viewer {
     /// Of a picture.
     pub fn of(shot: &Shot) -> Self {
-        let heights = shot.camera.heights(shot.size_px[1]);
-        Self { camera: shot.camera, heights, toward_sun: shot.toward_sun.normalize_or(Vec3::Y) }
+        Self { camera: shot.camera, heights: shot.heights(), toward_sun: shot.toward_sun.normalize_or(Vec3::Y) }
+    }
+
+    /// Where the eye is, world space, and how far a thing `d` metres away is in the picture for which distances are told: `x + y · d`.
+    pub fn eye_and_heights(&self) -> (Vec3, [f32; 2]) {
+        (self.camera.eye, self.heights)
     }
 
     /// How far it is from a point of a placed tree, in heights of the tree, as [`Seen`] has distances.
     pub fn distance(&self, tree: &Tree, at: Vec3, instance: &layout::Instance) -> f32 {
         let [plain, by_distance] = self.heights;
+        if by_distance < 0.0 {
+            return plain;
+        }
         let way_m = (self.camera.eye - placed_point(instance, at)).length();
         (plain + by_distance * way_m) / (instance.scale * tree.height_m())
     }
 
     /// How much is seen of a part of a placed tree; `shaders/shared/presence.wgsl` reckons the same.
     pub fn share(&self, tree: &Tree, seen: &Seen, instance: &layout::Instance, kind: PassKind) -> f32 {
-        let by_distance = seen.share_at(self.distance(tree, seen.anchor, instance));
+        let away = |anchor| self.distance(tree, anchor, instance);
+        let by_distance = seen.share_between(away(seen.anchor), away(seen.vanish_anchor.unwrap_or(seen.anchor)));
         if by_distance <= 0.0 {
             return 0.0;
         }
@@ -83,6 +91,13 @@ impl SceneTree<'_> {
         let count = (bytes.end - bytes.start) / size_of::<layout::Instance>() as u64;
         (count > 0).then_some((bytes, count as u32))
     }
+
+    /// Where they are.
+    pub fn instances<'s>(&self, scene: &'s Scene, group: usize) -> &'s [layout::Instance] {
+        let Range { start, end } = &self.placed[group];
+        let number = |bytes: &u64| *bytes as usize / size_of::<layout::Instance>();
+        &scene.all[number(start)..number(end)]
+    }
 }
 
 /// All trees of a frame.
@@ -92,6 +107,10 @@ pub struct Scene<'a> {
     cast: Vec<SceneTree<'a>>,
     /// Of all trees, on the device.
     pub instances: &'a wgpu::Buffer,
+    /// The same here.
+    all: &'a [layout::Instance],
+    /// Who looks.
+    pub viewer: Viewer,
 }
 
 impl Scene<'_> {
@@ -126,7 +145,8 @@ impl Instances {
         growing: &GrowthInput,
         sun: Option<(SunView, u32)>,
     ) -> Result<(Scene<'a>, u64)> {
-        let mut placing = Placing { viewer: Viewer::of(shot), all: Vec::with_capacity(self.kept.len()) };
+        let viewer = Viewer::of(shot);
+        let mut placing = Placing { viewer, all: Vec::with_capacity(self.kept.len()) };
         let seen = stands.iter().zip(&growing.slots).map(|(stand, slots)| {
             let with_slots = stand.instances.iter().zip(slots).map(|(place, slot)| layout::Instance { extra: *slot, ..*place });
             placing.place(stand.tree, with_slots.collect(), PassKind::Temporary { wireframe: false })
@@ -144,7 +164,7 @@ impl Instances {
             self.buffer.fill(gpu, bytes)?;
             self.kept = placing.all;
         }
-        Ok((Scene { seen, cast, instances: self.buffer.get() }, sent))
+        Ok((Scene { seen, cast, instances: self.buffer.get(), all: &self.kept, viewer }, sent))
     }
 }
 

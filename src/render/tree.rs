@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::forest::ForestPart;
 use super::impostor;
 use super::part::{DevicePart, PartStore, Textures};
 use crate::geom::Bounds;
@@ -14,6 +15,7 @@ use crate::repr::{BuiltPart, BuiltTree, Drawn, Seen};
 pub struct Tree {
     meshes: Vec<DevicePart>,
     impostors: Vec<DevicePart>,
+    forests: Vec<ForestPart>,
     groups: Vec<Seen>,
     bounds: Option<Bounds>,
     reach: Option<Bounds>,
@@ -51,6 +53,7 @@ impl Tree {
         let mut tree = Self {
             meshes: vec![],
             impostors: vec![],
+            forests: vec![],
             groups: vec![],
             bounds,
             reach: drawable.iter().filter_map(|built| reach(built)).chain(bounds).reduce(joined),
@@ -64,10 +67,14 @@ impl Tree {
             tree.crowns.extend(crown);
             let number = if crown.is_some() { tree.crowns.len() as u32 } else { 0 };
             let group = tree.group(built_part.seen);
+            if let Drawn::Forest(forest) = &built_part.drawn {
+                tree.forests.push(ForestPart::upload(gpu, store, built_part, forest, built.bounds, group, &mut textures));
+                continue;
+            }
             let part = store.upload(gpu, built_part, built.bounds, number, group, &mut textures);
             match built_part.drawn {
                 Drawn::Octahedral(_) => tree.impostors.push(part),
-                Drawn::Still | Drawn::Turned { .. } => tree.meshes.push(part),
+                Drawn::Still | Drawn::Turned { .. } | Drawn::Forest(_) => tree.meshes.push(part),
             }
         }
         tree
@@ -125,6 +132,11 @@ impl Tree {
         &self.meshes
     }
 
+    /// Its foliage in levels of detail.
+    pub fn forests(&self) -> &[ForestPart] {
+        &self.forests
+    }
+
     /// Its octahedral impostors.
     pub fn impostors(&self) -> &[DevicePart] {
         &self.impostors
@@ -144,7 +156,8 @@ fn reach(BuiltPart { part, drawn, .. }: &BuiltPart) -> Option<Bounds> {
         |pivot: Vec3, level: Vec3| part.surface.mesh.positions.iter().map(|p| ((*p - pivot) * level).length()).fold(0.0, f32::max);
     let around = |center: Vec3, half: Vec3| Bounds { min: center - half, max: center + half };
     Some(match *drawn {
-        Drawn::Still => own,
+        // No corner of a collapsed leaf stands where none stood.
+        Drawn::Still | Drawn::Forest(_) => own,
         Drawn::Turned { pivot, upright: true } => {
             let across = farthest(pivot, Vec3::new(1.0, 0.0, 1.0));
             let turned = around(pivot, Vec3::new(across, 0.0, across));

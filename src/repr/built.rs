@@ -4,12 +4,16 @@
 //! and from which sides. Levels of detail, slices that fade, boxes that stand for branches are all parts that are seen at their own
 //! distances; a renderer needs to know nothing else of the method.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::Warning;
 use crate::geom::Bounds;
 use crate::model::{Growth, Part};
+
+use super::lodf::{self, LeafForest};
 
 /// How many pixels high a thing of one metre is at a distance of one metre, in the picture for which distances are told: 1080 rows, 45° from
 /// its lower to its upper edge.
@@ -69,6 +73,9 @@ pub enum Drawn {
     },
     /// A card that faces the viewer and shows the nearest of many captured views.
     Octahedral(Octahedral),
+    /// Leaves that collapse the farther away they are; the part holds the original. Files have plain levels instead ([`BuiltTree::plain`]).
+    #[serde(skip)]
+    Forest(Arc<LeafForest>),
 }
 
 /// An octahedral impostor (Brucks 2018): views from all over the upper half sphere in one atlas. The part's texture holds colour and
@@ -103,6 +110,10 @@ impl Octahedral {
 pub struct Seen {
     /// From where distances are measured.
     pub anchor: Vec3,
+    /// From where those at which it vanishes are measured instead; `None` for the same. What stands for a part of a tree vanishes just where
+    /// what stands for more of it appears, which is measured from the middle of that (Lluch04 §4, fig. 8).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vanish_anchor: Option<Vec3>,
     /// Nothing of it is seen up to the first, all of it from the second on.
     pub appears: [f32; 2],
     /// All of it is seen up to the first, nothing from the second on; `f32::MAX` for never.
@@ -131,6 +142,12 @@ pub enum Facing {
         /// The other side counts as this one.
         both_sides: bool,
     },
+    /// Each of its polygons from both its sides: the cosine as above, with the polygon's own normal (that of its first vertex) for an axis.
+    /// So many cards that cross fade edge-on in one part.
+    Own {
+        /// Where it begins and where it ends to fade.
+        cosines: [f32; 2],
+    },
 }
 
 /// How a part that is seen only in part is thinned out.
@@ -146,7 +163,14 @@ pub enum Fade {
 
 impl Default for Seen {
     fn default() -> Self {
-        Self { anchor: Vec3::ZERO, appears: [0.0; 2], vanishes: [f32::MAX; 2], facing: Facing::Any, fade: Fade::Hashed }
+        Self {
+            anchor: Vec3::ZERO,
+            vanish_anchor: None,
+            appears: [0.0; 2],
+            vanishes: [f32::MAX; 2],
+            facing: Facing::Any,
+            fade: Fade::Hashed,
+        }
     }
 }
 
@@ -166,7 +190,18 @@ impl Seen {
 
     /// How much of it is seen at a distance, 0 to 1, whatever the side.
     pub fn share_at(&self, distance: f32) -> f32 {
-        let rise = |[from, to]: [f32; 2]| {
+        self.share_between(distance, distance)
+    }
+
+    /// How much of it is seen by a viewer at `eye`, whatever the side; object space in metres, of a tree of that height.
+    pub fn share_from(&self, eye: Vec3, height_m: f32) -> f32 {
+        let away = |anchor: Vec3| eye.distance(anchor) / height_m;
+        self.share_between(away(self.anchor), away(self.vanish_anchor.unwrap_or(self.anchor)))
+    }
+
+    /// How much of it is seen at a distance from its anchor and another from where it vanishes, 0 to 1, whatever the side.
+    pub fn share_between(&self, near: f32, far: f32) -> f32 {
+        let rise = |distance: f32, [from, to]: [f32; 2]| {
             if distance < from {
                 0.0
             } else if distance >= to {
@@ -175,10 +210,11 @@ impl Seen {
                 (distance - from) / (to - from)
             }
         };
-        rise(self.appears) * (1.0 - rise(self.vanishes))
+        rise(near, self.appears) * (1.0 - rise(far, self.vanishes))
     }
 
-    /// How much of it is seen from the direction `toward_viewer` (unit length), 0 to 1, whatever the distance.
+    /// How much of it is seen from the direction `toward_viewer` (unit length), 0 to 1, whatever the distance; 1 where each polygon has a side
+    /// of its own.
     pub fn share_toward(&self, toward_viewer: Vec3) -> f32 {
         let Facing::Toward { axis, cosines: [none, all], level, both_sides } = self.facing else { return 1.0 };
         let flat = Vec3::new(toward_viewer.x, 0.0, toward_viewer.z);
@@ -193,6 +229,7 @@ impl Facing {
     fn is_sound(&self) -> bool {
         match self {
             Self::Any => true,
+            Self::Own { cosines: [none, all] } => none.is_finite() && all.is_finite() && none <= all,
             Self::Toward { axis, cosines: [none, all], .. } => {
                 axis.is_normalized() && none.is_finite() && all.is_finite() && none <= all
             }
@@ -204,7 +241,7 @@ impl Drawn {
     /// Finite numbers, and no more frames than an atlas has texels.
     fn is_sound(&self) -> bool {
         match self {
-            Self::Still => true,
+            Self::Still | Self::Forest(_) => true,
             Self::Turned { pivot, .. } => pivot.is_finite(),
             Self::Octahedral(Octahedral { grid, center, radius_m }) => {
                 (2..=64).contains(grid) && center.is_finite() && radius_m.is_finite() && *radius_m > 0.0
@@ -249,6 +286,16 @@ impl BuiltTree {
         self.parts.iter().filter(move |part| part.seen.share_at(distance) > 0.0)
     }
 
+    /// The same without what only we can draw: forests of leaves become plain surfaces, one a level.
+    pub fn plain(mut self) -> Self {
+        let plain = |part: BuiltPart| match &part.drawn {
+            Drawn::Forest(forest) => lodf::plain_levels(&part, forest),
+            _ => vec![part],
+        };
+        self.parts = self.parts.into_iter().flat_map(plain).collect();
+        self
+    }
+
     /// This and what another method built of the rest of the tree. Levels are this one's, or the other's where this has but one, at
     /// distances near theirs at which nothing of the rest fades.
     pub fn joined(mut self, other: Self) -> Self {
@@ -276,7 +323,11 @@ impl BuiltTree {
         for BuiltPart { part, drawn, seen } in &self.parts {
             part.check().map_err(|what| format!("{}: {what}", part.name))?;
             let ends = [seen.appears[0], seen.appears[1], seen.vanishes[0], seen.vanishes[1]];
-            if !seen.anchor.is_finite() || ends.iter().any(|d| d.is_nan() || *d < 0.0) || !ends.is_sorted() {
+            if !seen.anchor.is_finite()
+                || seen.vanish_anchor.is_some_and(|anchor| !anchor.is_finite())
+                || ends.iter().any(|d| d.is_nan() || *d < 0.0)
+                || !ends.is_sorted()
+            {
                 return Err(format!("{}: it appears and vanishes at {ends:?}, which are no rising distances", part.name));
             }
             if !seen.facing.is_sound() || !drawn.is_sound() {

@@ -98,13 +98,15 @@ pub fn beyond_gltf(part: &BuiltPart) -> Option<&'static str> {
     match (&part.drawn, part.seen.facing) {
         (Drawn::Octahedral(_), _) => Some("shows the picture that was taken nearest to the viewer's side"),
         (Drawn::Turned { .. }, _) => Some("turns to the viewer"),
-        (Drawn::Still, Facing::Toward { .. }) => Some("is seen from some sides only"),
-        (Drawn::Still, Facing::Any) => None,
+        (Drawn::Still | Drawn::Forest(_), Facing::Toward { .. }) => Some("is seen from some sides only"),
+        // Fading edge-on is left out where glTF has no word for it.
+        (Drawn::Still | Drawn::Forest(_), Facing::Any | Facing::Own { .. }) => None,
     }
 }
 
 /// Only what is seen at one level, at every distance.
 pub fn one_level(built: BuiltTree, number: usize) -> BuiltTree {
+    let built = built.plain();
     let Some(level) = built.levels.get(number).cloned() else { return built };
     let always = Seen::default();
     let alone = |part: BuiltPart| {
@@ -119,6 +121,7 @@ pub fn one_level(built: BuiltTree, number: usize) -> BuiltTree {
 /// # Errors
 /// [`Error::Internal`] when it breaks a promise ([`BuiltTree::check`]).
 pub fn write(built: &BuiltTree, origin: &Origin) -> Result<Vec<u8>> {
+    let built = &built.clone().plain();
     built.check().map_err(|what| Error::Internal { stage: "repr::file", what })?;
     let piece = |part: &'_ BuiltPart| {
         let needs = beyond_gltf(part).map(str::to_owned);
@@ -182,7 +185,7 @@ fn read_own(bytes: &[u8]) -> Result<(BuiltTree, Origin)> {
 /// What a plain viewer shows of a part.
 fn plainly(part: &BuiltPart) -> Plainly {
     match &part.drawn {
-        Drawn::Still => Plainly::Itself,
+        Drawn::Still | Drawn::Forest(_) => Plainly::Itself,
         // All views of a turned card stand in one place; the front one is shown.
         Drawn::Turned { .. } if part.seen.share_toward(Vec3::Z) < 0.5 => Plainly::Nothing,
         Drawn::Turned { .. } => Plainly::Itself,

@@ -6,14 +6,17 @@
 
 mod billboard;
 mod billboard_cloud;
+pub mod box_hierarchy;
 mod built;
 mod capture;
 pub mod card;
 mod crossed_planes;
+mod csg;
 pub mod file;
 mod geometry;
 pub mod grid_slices;
 pub mod levels;
+pub mod limits;
 pub mod lodf;
 pub mod lodstrips;
 mod meshopt;
@@ -23,7 +26,10 @@ mod pick;
 mod settings;
 mod slices;
 mod source;
+mod sphere_board;
 mod stats;
+#[cfg(test)]
+mod trial;
 
 use std::time::Instant;
 
@@ -43,9 +49,13 @@ pub const METHODS: &[&dyn Representation] = &[
     &crossed_planes::CrossedPlanes,
     &slices::Slices,
     &grid_slices::GridSlices,
+    &box_hierarchy::BoxHierarchy,
+    &csg::Csg,
+    &sphere_board::SphereBoard,
     &octahedral::OctahedralImpostor,
     &billboard_cloud::BillboardCloud,
     &meshopt::Meshopt,
+    &lodf::Lodf,
     &multichain::Multichain,
     &lodstrips::LodstripsWood,
 ];

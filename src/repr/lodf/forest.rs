@@ -154,7 +154,8 @@ impl Forest {
         2 * self.first[cluster as usize] as usize - cluster as usize
     }
 
-    fn made_start(&self, cluster: u32) -> usize {
+    /// Where a cluster's made leaves begin among all of them.
+    pub(super) fn made_start(&self, cluster: u32) -> usize {
         self.first[cluster as usize] as usize - cluster as usize
     }
 
@@ -184,6 +185,27 @@ impl Forest {
         let corner =
             |code: u16| Corner { leaf: members[usize::from(code >> 3)], corner: (code >> 1 & 3) as u8, turned: code & 1 == 1 };
         LeafShape { corners: corners.map(corner), wears: members[usize::from(wears)] }
+    }
+
+    /// Whose picture a leaf wears: that original's place among the members of all clusters.
+    pub fn wearer(&self, LeafId { cluster, number }: LeafId) -> usize {
+        let local = match usize::from(number).checked_sub(self.size(cluster)) {
+            None => number,
+            Some(made) => self.made[self.made_start(cluster) + made].wears,
+        };
+        self.first[cluster as usize] as usize + usize::from(local)
+    }
+
+    /// Of each cluster's collapses in turn, cluster after cluster: how many of all collapses are done when it is.
+    pub fn ends(&self) -> Vec<u32> {
+        let mut ends = vec![0; self.made.len()];
+        let mut done = vec![0; self.clusters()];
+        for (&cluster, end) in self.changed.iter().zip(1..) {
+            let nth = &mut done[cluster as usize];
+            ends[self.made_start(cluster) + *nth] = end;
+            *nth += 1;
+        }
+        ends
     }
 
     /// A number for every leaf of the forest: originals of all clusters and what is made of them, cluster after cluster.

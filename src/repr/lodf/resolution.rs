@@ -35,6 +35,11 @@ impl Resolution {
         Self { collapsed: vec![0; forest.clusters()], index: Some(0), shown: forest.leaves() }
     }
 
+    /// Whether all clusters are at one place of `Changed_groups`.
+    pub fn is_uniform(&self) -> bool {
+        self.index.is_some()
+    }
+
     /// Leaves shown: `n_actual_leaves`.
     pub fn shown(&self) -> usize {
         self.shown
