@@ -15,6 +15,8 @@ mod camera;
 mod composite;
 mod drawer;
 mod forest;
+#[cfg(test)]
+mod forest_tests;
 mod growth;
 mod growth_pass;
 #[cfg(test)]

@@ -21,6 +21,7 @@ mod settings;
 mod slices;
 mod source;
 mod stats;
+pub mod vdf;
 
 use std::time::Instant;
 
@@ -43,6 +44,7 @@ pub const METHODS: &[&dyn Representation] = &[
     &octahedral::OctahedralImpostor,
     &meshopt::Meshopt,
     &lodf::Lodf,
+    &vdf::Vdf,
 ];
 
 /// How much of a tree a method builds.
