@@ -12,7 +12,7 @@ fn vs_main(corner: Corner) -> Cast {
     seen.uv = corner.uv;
     seen.at = corner.position;
     seen.facing = dot(turned(tree.rotation, pose.normal), frame.toward_sun);
-    seen.share = share_of(tree, true);
+    seen.share = share_of(tree, corner.normal, true);
     return seen;
 }
 

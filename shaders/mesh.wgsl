@@ -16,7 +16,8 @@ fn vs_main(corner: Corner) -> Seen {
     seen.normal = turned(tree.rotation, crown_normal(pose.normal, seen.from_center));
     seen.uv = corner.uv;
     seen.slot = corner.id.y;
-    seen.share = share_of(tree, false);
+    seen.share = share_of(tree, corner.normal, false);
+    seen.tree = vec4f(still(tree, material.tree_center), tree.scale);
     return seen;
 }
 

@@ -131,6 +131,7 @@ fn rust_structs() -> Vec<Layout> {
             heights,
             pad,
         }),
+        rust_struct!(CaptureView { clip_from_object, far_m, deep_m, pad }),
         rust_struct!(GrowthFrame {
             size_px,
             px_per_m,
@@ -166,7 +167,21 @@ fn rust_structs() -> Vec<Layout> {
             tree_half,
             pad2,
         }),
-        rust_struct!(Presence { anchor, fade, appears, vanishes, axis, facing, cosines, drawn, grid, pivot, radius_m }),
+        rust_struct!(Presence {
+            anchor,
+            fade,
+            appears,
+            vanishes,
+            axis,
+            facing,
+            cosines,
+            drawn,
+            grid,
+            pivot,
+            radius_m,
+            vanish_anchor,
+            pad,
+        }),
     ]
 }
 

@@ -35,12 +35,15 @@ struct Presence {
     grid: u32,
     pivot: vec3f,
     radius_m: f32,
+    vanish_anchor: vec3f,
+    pad: f32,
 }
 
 // Bits of Presence.facing.
 const FACING: u32 = {FACING};
 const FACING_LEVEL: u32 = {FACING_LEVEL};
 const FACING_BOTH: u32 = {FACING_BOTH};
+const FACING_OWN: u32 = {FACING_OWN};
 // Values of Presence.fade: always seen in full; thinned out by a hash of the place; by its alpha.
 const FADE_NEVER: u32 = {FADE_NEVER};
 const FADE_ALPHA: u32 = {FADE_ALPHA};

@@ -12,7 +12,7 @@ fn rise(ends: vec2f, distance: f32) -> f32 {
     return (distance - ends.x) / (ends.y - ends.x);
 }
 
-fn share_toward(toward: vec3f) -> f32 {
+fn share_toward(toward: vec3f, normal: vec3f) -> f32 {
     if (presence.facing & FACING) == 0u {
         return 1.0;
     }
@@ -22,7 +22,8 @@ fn share_toward(toward: vec3f) -> f32 {
     if (presence.facing & FACING_LEVEL) != 0u {
         seen = select(vec3f(0.0, 0.0, 1.0), vec3f(level.x, 0.0, level.y) / max(long, 1e-20), long > 0.0);
     }
-    var cosine = dot(presence.axis, seen);
+    let axis = select(presence.axis, normal, (presence.facing & FACING_OWN) != 0u);
+    var cosine = dot(axis, seen);
     if (presence.facing & FACING_BOTH) != 0u {
         cosine = abs(cosine);
     }
@@ -33,16 +34,22 @@ fn share_toward(toward: vec3f) -> f32 {
     return select(0.0, 1.0, cosine >= ends.y);
 }
 
-// 0 where nothing of the part is seen, 1 where all of it is. Distances are the viewer's in the sun's map too, so that what casts a shadow
+// How far the viewer is from a point of the tree, in its heights.
+fn heights_to(tree: Standing, at: vec3f) -> f32 {
+    let way = frame.heights.x + frame.heights.y * distance(frame.eye, still(tree, at));
+    // Below 0: a level was told, wherever the viewer stands.
+    return select(way / (tree.scale * material.tree_height_m), frame.heights.x, frame.heights.y < 0.0);
+}
+
+// 0 where nothing of a polygon of that normal (object space) is seen, 1 where all of it is. Distances are the viewer's in the sun's map too, so that what casts a shadow
 // is what is seen; sides are those that the sun sees.
-fn share_of(tree: Standing, for_sun: bool) -> f32 {
+fn share_of(tree: Standing, normal: vec3f, for_sun: bool) -> f32 {
     if presence.fade == FADE_NEVER {
         return 1.0;
     }
-    let way = frame.heights.x + frame.heights.y * distance(frame.eye, still(tree, presence.anchor));
-    let heights = way / (tree.scale * material.tree_height_m);
-    let by_distance = rise(presence.appears, heights) * (1.0 - rise(presence.vanishes, heights));
-    return by_distance * share_toward(toward_seer(tree, presence.anchor, for_sun));
+    let appeared = rise(presence.appears, heights_to(tree, presence.anchor));
+    let vanished = rise(presence.vanishes, heights_to(tree, presence.vanish_anchor));
+    return appeared * (1.0 - vanished) * share_toward(toward_seer(tree, presence.anchor, for_sun), normal);
 }
 
 // Right, up and towards whoever sees it for a card that turns to `toward` (unit length).

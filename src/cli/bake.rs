@@ -130,17 +130,7 @@ fn table(built: &BuiltTree, file_bytes: usize) -> String {
     if built.levels.len() > 1 {
         rows.push(row("everything", String::new(), &Stats::of_all(built)));
     }
-    let widths: [usize; 9] = std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
-    let mut lines: Vec<String> = rows
-        .iter()
-        .map(|row| {
-            let cells = row.iter().zip(widths).enumerate();
-            let cell = |(column, (text, width)): (usize, (&String, usize))| {
-                if column < 2 { format!("{text:<width$}") } else { format!("{text:>width$}") }
-            };
-            cells.map(cell).collect::<Vec<_>>().join("  ").trim_end().to_owned()
-        })
-        .collect();
+    let mut lines = aligned(&rows, 2);
     lines.push(format!("built in {:.0} ms; the file has {} bytes", built.build_ms, grouped(file_bytes)));
     lines.join("\n")
 }
@@ -161,6 +151,17 @@ fn report(built: &BuiltTree, origin: &Origin, out: &str, file_bytes: usize) -> V
         "notes": notes(built),
         "warnings": built.warnings,
     })
+}
+
+/// Rows as lines with columns under each other; the first `left` of them begin together, the others end together.
+pub fn aligned<const N: usize>(rows: &[[String; N]], left: usize) -> Vec<String> {
+    let widths: [usize; N] = std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
+    let cell = |(column, (text, width)): (usize, (&String, usize))| {
+        if column < left { format!("{text:<width$}") } else { format!("{text:>width$}") }
+    };
+    let line =
+        |row: &[String; N]| row.iter().zip(widths).enumerate().map(cell).collect::<Vec<_>>().join("  ").trim_end().to_owned();
+    rows.iter().map(line).collect()
 }
 
 /// 1234567 as 1,234,567.

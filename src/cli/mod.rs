@@ -4,6 +4,7 @@
 
 mod bake;
 mod batch;
+mod compare;
 mod doctor;
 mod grow;
 mod hints;
@@ -45,6 +46,7 @@ pub fn run() -> ExitCode {
     };
     let outcome = match matches.subcommand() {
         Some(("bake", m)) => bake::run(m),
+        Some(("compare", m)) => compare::run(m),
         Some(("doctor", m)) => doctor::run(m),
         Some(("methods", m)) => methods::run(m),
         Some(("model", m)) => model::run(m),
@@ -88,10 +90,16 @@ fn command() -> Command {
         .subcommand(view::command())
         .subcommand(methods::command())
         .subcommand(bake::command())
+        .subcommand(compare::command())
         .subcommand(doctor::command())
         .subcommand(grow::command())
         .subcommand(inspect::command())
         .subcommand(photograph::command())
+}
+
+/// The names of all commands.
+fn names() -> Vec<String> {
+    command().get_subcommands().map(|command| command.get_name().to_owned()).collect()
 }
 
 /// What a command returns: its exit code, or a mistake in the arguments.

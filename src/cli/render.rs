@@ -10,10 +10,8 @@ use indicatif::ProgressBar;
 
 use crate::geom::Bounds;
 use crate::gpu::layout::Instance;
-use crate::model::Part;
 use crate::raster::{FRAME_MS, exr_depth, gif, png, webp};
 use crate::render::{Picture, Renderer, Shot, Stand, Tree};
-use crate::repr::BuiltTree;
 use crate::{Error, Result, files};
 
 use super::look::{self, Look, Orbit};
@@ -59,7 +57,7 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let orbit = look.orbit(&subject.points, turntable.is_some())?;
     warn_inside(&orbit, &subject.points);
     let mut renderer = look.renderer()?;
-    let tree = upload(&renderer, &subject.built, orbit.distance_m)?;
+    let tree = renderer.upload_built(&subject.built)?;
     let mut scene = Scene { look: &look, orbit, tree: &tree, renderer: &mut renderer };
     if let Some(out) = out {
         let picture = scene.picture(0.0, 0)?;
@@ -75,16 +73,6 @@ pub fn run(matches: &ArgMatches) -> Outcome {
         say::out(&target.display().to_string());
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// Puts onto the device what of a tree is seen from `distance_m`; our own models know how their outlines grow.
-pub fn upload(renderer: &Renderer, built: &BuiltTree, distance_m: f32) -> Result<Tree> {
-    let parts: Vec<Part> = built.parts_at(distance_m / built.height_m()).map(|part| part.part.clone()).collect();
-    let tree = renderer.upload(&parts)?;
-    Ok(match built.growth {
-        Some(growth) => tree.growing(growth),
-        None => tree,
-    })
 }
 
 /// One tree on its own, and how it is looked at.

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::geom::Bounds;
 use crate::model::reference::Asked;
 use crate::plant::presets::preset;
+use crate::repr::limits::{self, BudgetParams};
 use crate::repr::{self, BuiltPart, BuiltTree, Order, Scope, Settings, SoftwareCapture, TreeSource, file};
 use crate::{Error, Result, Seed, Warning, files};
 
@@ -47,10 +48,11 @@ pub fn add_method(command: Command, required: bool) -> Command {
     );
     let trunk =
         Arg::new("trunk").long("trunk").value_name("ID").help("Which method builds the wood, where the method builds only leaves");
-    command
+    let command = command
         .arg(method.help_heading("Method"))
         .arg(with_method(set).help_heading("Method"))
-        .arg(with_method(trunk).help_heading("Method"))
+        .arg(with_method(trunk).help_heading("Method"));
+    options::add::<BudgetParams>(command, "Method")
 }
 
 /// What was said about materials with `--leaves` and `--wood`.
@@ -71,6 +73,8 @@ pub struct Wish {
     pub trunk: Option<String>,
     /// Parameters of the method.
     pub settings: Settings,
+    /// What the built tree may take.
+    pub budget: BudgetParams,
 }
 
 impl Wish {
@@ -88,7 +92,8 @@ impl Wish {
         if let Some(trunk) = &trunk {
             settings.split("trunk.").1.check(repr::method(trunk)?)?;
         }
-        Ok(Self { seed: options::read_seed(matches)?, asked: asked(matches), method, trunk, settings })
+        let (seed, budget) = (options::read_seed(matches)?, options::read(matches)?);
+        Ok(Self { seed, asked: asked(matches), method, trunk, settings, budget })
     }
 
     /// The tree of that name; what a user should know of it is said.
@@ -109,9 +114,11 @@ impl Wish {
     /// The wished-for stand-in of `source`.
     ///
     /// # Errors
-    /// Those of [`repr::build`].
+    /// Those of [`repr::build`], [`limits::check_source`] and [`limits::check_textures`].
     pub fn build(&self, method: &str, source: &TreeSource) -> Result<BuiltTree> {
+        limits::check_source(source)?;
         let built = repr::build(&self.order(method), source, &SoftwareCapture::new())?;
+        limits::check_textures(&built, &self.budget)?;
         warn(source.name(), &built.warnings);
         Ok(built)
     }

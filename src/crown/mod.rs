@@ -23,7 +23,8 @@ use crate::params::ParamSet as _;
 use crate::photo::Silhouette;
 use crate::{Error, Result, Seed};
 
-use hull::{Hull, View};
+pub use hull::Hull;
+use hull::View;
 use region::Region;
 
 crate::choices! {
@@ -82,8 +83,12 @@ crate::params! {
 pub struct Outline {
     /// Where the photographer stands: 0 in front (+Z), π/2 on the right of that one (+X).
     pub azimuth_rad: f64,
-    /// Closed contour without repeated end.
+    /// How high above the horizon he stands: near 0 the outline is revolved, else it only limits how far the crown reaches.
+    pub elevation_rad: f64,
+    /// Closed contour without repeated end, of the largest piece.
     pub contour: Vec<DVec2>,
+    /// Those of further pieces.
+    pub others: Vec<Vec<DVec2>>,
     /// Where the axis leaves the crown below.
     pub axis_base: DVec2,
     /// Where it leaves it above.
@@ -95,13 +100,20 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Brings a silhouette from pixels to metres. `foot_px` is the foot of the trunk in the photograph.
+    /// Whether it was seen from about the crown's own height.
+    fn is_level(&self) -> bool {
+        self.elevation_rad.abs() < 0.35
+    }
+
+    /// Brings a silhouette seen from the ground from pixels to metres. `foot_px` is the foot of the trunk in the photograph.
     pub fn from_silhouette(silhouette: &Silhouette, foot_px: DVec2, metres_per_px: f64, azimuth_rad: f64) -> Self {
         let metres = |p: &DVec2| DVec2::new(p.x - foot_px.x, foot_px.y - p.y) * metres_per_px;
         let all = |points: &[DVec2]| points.iter().map(metres).collect();
         Self {
             azimuth_rad,
+            elevation_rad: 0.0,
             contour: all(&silhouette.contour),
+            others: silhouette.others.iter().map(|piece| all(piece)).collect(),
             axis_base: metres(&silhouette.axis.base),
             axis_top: metres(&silhouette.axis.top),
             left: all(&silhouette.left),
@@ -130,38 +142,74 @@ impl Crown {
     }
 }
 
-/// Models the crowns that `outlines` show. One outline may give several crowns (its lobes); several outlines of one tree give one
-/// crown that has each of them as seen from its azimuth. The crowns share the polygons of `detail` by surface area.
+/// Models the crowns that `outlines` show, with the polygons of `detail`: [`hulls`], then [`surfaces`].
+///
+/// # Errors
+/// As those two.
+pub fn build(outlines: &[Outline], params: &CrownParams, seed: Seed) -> Result<Vec<Crown>> {
+    surfaces(&hulls(outlines, params)?, params.detail.polygons(), params, seed)
+}
+
+/// The solids that `outlines` of one tree show. The first may give several: its lobes, and pieces that stand apart (She fig. 4b). Each has
+/// every outline as seen from its azimuth; where there are several solids, what the others show at its height.
 ///
 /// # Errors
 /// [`Error::Outline`] when there is no outline or one encloses nothing; [`Error::Parameter`] for a parameter out of range.
-pub fn build(outlines: &[Outline], params: &CrownParams, seed: Seed) -> Result<Vec<Crown>> {
+pub fn hulls(outlines: &[Outline], params: &CrownParams) -> Result<Vec<Hull>> {
     params.validate()?;
-    let hulls = match outlines {
-        [] => return Err(Error::Outline { view: 0, why: "none was given".to_owned() }),
-        [outline] => {
-            let parts = lobes::split(&region_of(0, outline)?, params);
-            let view = |(i, (region, star))| {
-                // A side lobe stands upright; only the whole crown leans.
-                let slope = if i == 0 { lean(outline) } else { 0.0 };
-                Hull::new(vec![View::new(outline, &region, star)], slope)
-            };
-            parts.into_iter().enumerate().map(view).collect()
-        }
-        _ => vec![hull::joined(outlines, &(0..outlines.len()).map(|i| region_of(i, &outlines[i])).collect::<Result<Vec<_>>>()?)],
+    let regions = (0..outlines.len()).map(|i| region_of(i, &outlines[i])).collect::<Result<Vec<_>>>()?;
+    let ([first, others @ ..], [outline, ..]) = (&regions[..], outlines) else {
+        return Err(Error::Outline { view: 0, why: "none was given".to_owned() });
     };
+    let parts = lobes::split(first, params);
+    if others.is_empty() {
+        let hull = |(i, (region, star)): (usize, (Region, _))| {
+            // A side lobe stands upright; only the whole crown leans.
+            let slope = if i == 0 { lean(outline) } else { 0.0 };
+            Hull::new(vec![View::new(outline, &region, star)], slope)
+        };
+        return Ok(parts.into_iter().enumerate().map(hull).collect());
+    }
+    if parts.len() == 1 {
+        return Ok(vec![hull::joined(outlines, &regions)]);
+    }
+    let hull = |(part, _): (Region, _)| {
+        let (mut seen, mut at_its_height) = (vec![outline.clone()], vec![part.clone()]);
+        for (outline, other) in outlines[1..].iter().zip(others) {
+            let other = if outline.is_level() { other.at_the_height_of(&part) } else { Some(other.clone()) };
+            if let Some(other) = other {
+                seen.push(outline.clone());
+                at_its_height.push(other);
+            }
+        }
+        hull::joined(&seen, &at_its_height)
+    };
+    Ok(parts.into_iter().map(hull).collect())
+}
+
+/// The surfaces of `hulls`; together they have about `polygons` polygons, shared by area.
+///
+/// # Errors
+/// [`Error::Internal`] only.
+pub fn surfaces(hulls: &[Hull], polygons: usize, params: &CrownParams, seed: Seed) -> Result<Vec<Crown>> {
     let areas: Vec<f64> = hulls.iter().map(Hull::area_m2).collect();
     let total: f64 = areas.iter().sum();
-    let share = |area: f64| (params.detail.polygons() as f64 * area / total) as usize;
+    let share = |area: f64| (polygons as f64 * area / total) as usize;
     hulls.iter().zip(&areas).enumerate().map(|(i, (hull, &area))| surface::crown(hull, share(area), params, seed, i)).collect()
 }
 
 fn region_of(view: usize, outline: &Outline) -> Result<Region> {
-    let finite = outline.contour.iter().chain([&outline.axis_base, &outline.axis_top]).all(|p| p.is_finite());
-    if !finite || !outline.azimuth_rad.is_finite() {
+    let finite = outline
+        .contour
+        .iter()
+        .chain(outline.others.iter().flatten())
+        .chain([&outline.axis_base, &outline.axis_top])
+        .all(|p| p.is_finite());
+    if !finite || !outline.azimuth_rad.is_finite() || !outline.elevation_rad.is_finite() {
         return Err(Error::Outline { view, why: "it has coordinates that are no numbers".to_owned() });
     }
-    Region::from_contour(&outline.contour).ok_or_else(|| Error::Outline { view, why: "it encloses no area".to_owned() })
+    Region::of(std::iter::once(&outline.contour).chain(&outline.others))
+        .ok_or_else(|| Error::Outline { view, why: "it encloses no area".to_owned() })
 }
 
 /// Horizontal run per rise of the outline's axis; upright when the axis is too short to tell.

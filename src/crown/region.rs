@@ -19,8 +19,14 @@ pub(super) struct Region {
 
 impl Region {
     /// Fills a closed contour; `None` when it encloses no cell.
+    #[cfg(test)]
     pub fn from_contour(contour: &[DVec2]) -> Option<Self> {
-        let (low, high) = contour.iter().fold((DVec2::MAX, DVec2::MIN), |(a, b), &p| (a.min(p), b.max(p)));
+        Self::of(std::iter::once(&contour.to_vec()))
+    }
+
+    /// Fills closed contours; `None` when they enclose no cell.
+    pub fn of<'a>(contours: impl Iterator<Item = &'a Vec<DVec2>> + Clone) -> Option<Self> {
+        let (low, high) = contours.clone().flatten().fold((DVec2::MAX, DVec2::MIN), |(a, b), &p| (a.min(p), b.max(p)));
         let size = high - low;
         if !size.is_finite() || size.max_element() <= 0.0 {
             return None;
@@ -29,14 +35,28 @@ impl Region {
         let cells = (size / cell_m).ceil() + 2.0;
         let origin = DVec2::new(low.x - cell_m, high.y + cell_m);
         let mut region = Self { mask: Mask::new(cells.x as u32, cells.y as u32), origin, cell_m };
-        let corners: Vec<DVec2> = contour.iter().map(|&p| region.to_cells(p)).collect();
-        fill_polygon(&mut region.mask, &corners);
+        for contour in contours {
+            let corners: Vec<DVec2> = contour.iter().map(|&p| region.to_cells(p)).collect();
+            fill_polygon(&mut region.mask, &corners);
+        }
         (region.mask.count() > 0).then_some(region)
     }
 
     /// The same cells with another set chosen.
     pub fn with(&self, mask: Mask) -> Self {
         Self { mask, ..self.clone() }
+    }
+
+    /// What lies between the top and the bottom of `other`, another view of the same tree; `None` for nothing.
+    pub fn at_the_height_of(&self, other: &Self) -> Option<Self> {
+        let rows = other.mask.bounds()?;
+        let height = |row: u32| other.to_metres(DVec2::new(0.0, f64::from(row))).y;
+        let (top, bottom) = (height(rows.y), height(rows.y + rows.height));
+        let inside = |x: u32, y: u32| {
+            (bottom..=top).contains(&self.to_metres(DVec2::new(0.0, f64::from(y) + 0.5)).y) && self.mask.get(x.into(), y.into())
+        };
+        let region = self.with(Mask::from_fn(self.mask.width(), self.mask.height(), inside));
+        (region.mask.count() > 0).then_some(region)
     }
 
     /// Metres to cells, y down.

@@ -13,9 +13,11 @@ pub const SHARED_NUMBERS: &[(&str, u32)] = &[
     ("GROWN", GROWN),
     ("LENGTH_BITS", LENGTH_BITS),
     ("ROOTS_PER_GROUP", ROOTS_PER_GROUP),
+    ("CAPTURE_SAMPLES", CAPTURE_SAMPLES),
     ("FACING", Presence::FACING),
     ("FACING_LEVEL", Presence::FACING_LEVEL),
     ("FACING_BOTH", Presence::FACING_BOTH),
+    ("FACING_OWN", Presence::FACING_OWN),
     ("FADE_NEVER", Presence::FADE_NEVER),
     ("FADE_ALPHA", Presence::FADE_ALPHA),
     ("TURNED_UPRIGHT", Presence::TURNED_UPRIGHT),
@@ -32,6 +34,8 @@ pub const FACING_BITS: u32 = 6;
 pub const GROWN: u32 = 0x100;
 /// Bits for the longest growth in pixels: 255 of them. With an offset of one bit more each way it fits a word.
 pub const LENGTH_BITS: u32 = 8;
+/// Samples of a captured pixel along each axis, as the software rasteriser has them.
+pub const CAPTURE_SAMPLES: u32 = 3;
 /// Roots that a workgroup walks.
 pub const ROOTS_PER_GROUP: u32 = 64;
 
@@ -145,7 +149,7 @@ pub struct Presence {
     pub vanishes: [f32; 2],
     /// Unit vector of the side from which it is seen.
     pub axis: [f32; 3],
-    /// Bits: [`Presence::FACING`], [`Presence::FACING_LEVEL`], [`Presence::FACING_BOTH`].
+    /// Bits: [`Presence::FACING`], [`Presence::FACING_LEVEL`], [`Presence::FACING_BOTH`], [`Presence::FACING_OWN`].
     pub facing: u32,
     /// Where it begins to be seen by the cosine to that side, and where it is seen wholly.
     pub cosines: [f32; 2],
@@ -157,6 +161,10 @@ pub struct Presence {
     pub pivot: [f32; 3],
     /// Octahedral: half the side of each picture, metres.
     pub radius_m: f32,
+    /// From where it is told how far it is until it vanishes, object space.
+    pub vanish_anchor: [f32; 3],
+    /// Unused: keeps the size a multiple of 16.
+    pub pad: f32,
 }
 
 impl Presence {
@@ -172,10 +180,26 @@ impl Presence {
     pub const FACING_LEVEL: u32 = 2;
     /// And from the other side.
     pub const FACING_BOTH: u32 = 4;
+    /// By each polygon's own normal.
+    pub const FACING_OWN: u32 = 8;
     /// A card that turns about the vertical.
     pub const TURNED_UPRIGHT: u32 = 1;
     /// A card that faces whoever sees it.
     pub const TURNED_WHOLLY: u32 = 2;
+}
+
+/// Where a picture for a stand-in is taken from: WGSL `CaptureView`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct CaptureView {
+    /// Object to clip space of the tile being drawn; depth reversed.
+    pub clip_from_object: [[f32; 4]; 4],
+    /// Of depth 0: metres towards the viewer from the middle of the view.
+    pub far_m: f32,
+    /// Metres from depth 0 to depth 1.
+    pub deep_m: f32,
+    /// Unused: keeps the size a multiple of 16.
+    pub pad: [f32; 2],
 }
 
 /// What growth knows of the frame: WGSL `GrowthFrame`.

@@ -26,7 +26,7 @@ mod tests {
     fn patterns_count_and_brightness_hardly_does() {
         let stripes = |moved: u32, by: f32| {
             RgbImage::from_fn(64, 64, |x, y| {
-                let v = if (x + moved + y / 8) / 4 % 2 == 0 { 60.0 } else { 180.0 };
+                let v = if ((x + moved + y / 8) / 4).is_multiple_of(2) { 60.0 } else { 180.0 };
                 Rgb([(v * by) as u8; 3])
             })
         };

@@ -89,7 +89,8 @@ impl TreeModel {
 }
 
 impl ModelCrown {
-    fn part(&self, number: usize) -> Part {
+    /// As a renderer takes it; the how manieth crown it is gives its name.
+    pub fn part(&self, number: usize) -> Part {
         let material = Material {
             name: "foliage".to_owned(),
             texture: Some(Arc::new(self.texture.clone())),
@@ -102,7 +103,8 @@ impl ModelCrown {
 }
 
 impl Trunk {
-    fn part(&self) -> Part {
+    /// As a renderer takes it.
+    pub fn part(&self) -> Part {
         let [r, g, b] = self.bark.map(to_linear);
         let material = Material { name: "bark".to_owned(), factor: [r, g, b, 1.0], ..Material::default() };
         Part { name: "trunk".to_owned(), surface: self.surface.clone(), material, crown_center: None }

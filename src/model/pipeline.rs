@@ -9,6 +9,7 @@ use crate::crown::{self, Crown, CrownParams, Outline};
 use crate::photo::segment::segment;
 use crate::photo::{Exemplar, ExemplarParams, Hints, Photo, SegmentParams, Segmentation, Silhouette, SilhouetteParams, TrunkCues};
 use crate::photo::{exemplar, roughness::Roughness, silhouette, trunk};
+use crate::raster;
 use crate::texture::{self, Atlas, BakeParams, Front, SynthParams, texels_per_m};
 use crate::{Error, Result, Seed, Warning};
 
@@ -148,24 +149,23 @@ pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
     };
     let bakes = texture::shares(crowns.iter().map(|crown| &crown.mesh), &params.bake);
     let masks = &first.segmentation;
-    let exemplars: Vec<Exemplar> = crowns
-        .iter()
-        .zip(&bakes)
-        .map(|(crown, bake)| {
-            let texels_per_px = texels_per_m(&crown.mesh, bake)? * first.metres_per_px;
-            exemplar::choose(photo, &masks.crown, &masks.gaps, texels_per_px, &params.exemplar)
-        })
-        .collect::<Result<_>>()?;
+    let exemplar = |(crown, bake): (&Crown, &BakeParams)| {
+        let texels_per_px = texels_per_m(&crown.mesh, bake)? * first.metres_per_px;
+        exemplar::choose(photo, &masks.crown, &masks.gaps, texels_per_px, &params.exemplar)
+    };
+    let exemplars: Vec<Exemplar> = crowns.iter().zip(&bakes).map(exemplar).collect::<Result<_>>()?;
     clock.done("exemplar");
 
-    let front = first.front(photo, params);
+    let mean = exemplar::encoded_mean(&photo.image, &masks.crown, &masks.gaps);
+    let seen = products.iter().zip(views);
+    let fronts: Vec<Front> =
+        seen.map(|(product, view)| Front { mean, ..product.front(&view.photo, request.azimuth_rad(view), params) }).collect();
     let mut atlases = Vec::new();
     let mut counts = Vec::new();
     for ((crown, exemplar), bake) in crowns.iter().zip(&exemplars).zip(&bakes) {
-        let texels_per_m = exemplar.scale / first.metres_per_px;
-        let blocks = texture::synthesize(&crown.mesh, exemplar, texels_per_m, Some(&front), &params.texture, seed)?;
-        atlases.push(texture::bake(&crown.mesh, crown.center, &blocks, exemplar, bake)?);
-        counts.push(blocks.counts);
+        let (atlas, count) = dressed(crown, exemplar, &fronts, &params.texture, bake, seed)?;
+        atlases.push(atlas);
+        counts.push(count);
     }
     clock.done("texture");
 
@@ -186,6 +186,23 @@ pub fn run(request: &Request, step: &dyn Fn(&str)) -> Result<ModelRun> {
         stages_ms: clock.stages_ms,
         warnings,
     })
+}
+
+/// Grows a crown's texture from the exemplar and the pictures of it, of which the first is the exemplar's, and bakes it.
+///
+/// # Errors
+/// Those of [`texture::synthesize`] and [`texture::bake`].
+pub fn dressed(
+    crown: &Crown,
+    exemplar: &Exemplar,
+    fronts: &[Front],
+    synth: &SynthParams,
+    bake: &BakeParams,
+    seed: Seed,
+) -> Result<(Atlas, texture::Counts)> {
+    let metres_per_px = fronts.first().map_or(1.0, |front| front.metres_per_px);
+    let blocks = texture::synthesize(&crown.mesh, exemplar, exemplar.scale / metres_per_px, fronts, synth, seed)?;
+    Ok((texture::bake(&crown.mesh, crown.center, &blocks, exemplar, bake)?, blocks.counts))
 }
 
 /// What `work` makes of each view, or what is wrong with the first that fails.
@@ -213,7 +230,7 @@ impl ViewProducts {
     fn of(photo: &Photo, segmentation: Segmentation, params: &ModelParams) -> Result<Self> {
         let silhouette = silhouette::trace(&segmentation.crown, &segmentation.tree, &params.silhouette)?;
         let trunk = trunk::find(&photo.image, &segmentation.crown, &segmentation.tree);
-        let (top, bottom) = silhouette.contour.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.y), b.max(p.y)));
+        let (top, bottom) = silhouette.pieces().flatten().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.y), b.max(p.y)));
         // Where no trunk shows, the crown reaches the ground; where leaves hang lower than the trunk's foot, they touch it.
         let foot_px = trunk
             .map_or(DVec2::new(silhouette.axis.base.x, bottom), |trunk| DVec2::new(trunk.foot_px.x, trunk.foot_px.y.max(bottom)));
@@ -230,13 +247,15 @@ impl ViewProducts {
         self.foot_px + DVec2::new(f64::from(point.x), -f64::from(point.y)) / self.metres_per_px
     }
 
-    fn front<'a>(&'a self, photo: &'a Photo, params: &ModelParams) -> Front<'a> {
+    fn front<'a>(&'a self, photo: &'a Photo, azimuth_rad: f64, params: &ModelParams) -> Front<'a> {
         Front {
             image: &photo.image,
             crown: &self.segmentation.crown,
             gaps: &self.segmentation.gaps,
             metres_per_px: self.metres_per_px,
             foot_px: self.foot_px,
+            axes: raster::View::axes_from(azimuth_rad as f32, 0.0),
+            mean: None,
             delight: params.exemplar.delight,
         }
     }

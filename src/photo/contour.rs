@@ -7,27 +7,31 @@ use glam::{DVec2, IVec2};
 
 use crate::raster::Mask;
 
-/// The outer contour that encloses the largest area, closed, without repeating its first point; midpoints of pixel edges, inside on
-/// the right hand (clockwise as the picture shows it). Pixels that touch at a corner are connected. Empty for an empty mask.
-pub fn largest_contour(mask: &Mask) -> Vec<DVec2> {
+/// The outer contours of all pieces of at least `least` of the area of the largest, which is the first; each closed, without repeating its
+/// first point; midpoints of pixel edges, inside on the right hand (clockwise as the picture shows it). Pixels that touch at a corner are
+/// connected. None for an empty mask.
+pub fn contours(mask: &Mask, least: f64) -> Vec<Vec<DVec2>> {
     let (width, height) = (mask.width() as usize, mask.height() as usize);
     let data = mask.as_raw();
     // Every outer contour has a topmost pixel edge, walked left to right; marking those edges finds each contour once.
     let mut walked = vec![false; data.len()];
-    let mut best = (0.0, Vec::new());
+    let mut found = Vec::new();
     for y in 0..height {
         for x in 0..width {
             let at = y * width + x;
             if data[at] != 0 && !walked[at] && (y == 0 || data[at - width] == 0) {
                 let contour = walk_cracks(mask, IVec2::new(x as i32, y as i32), &mut walked);
                 let area = signed_area(&contour);
-                if area > best.0 {
-                    best = (area, contour);
+                // Of the rims of holes, which are walked too, the area is negative.
+                if area > 0.0 {
+                    found.push((area, contour));
                 }
             }
         }
     }
-    best.1
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let enough = found.first().map_or(0.0, |largest| least * largest.0);
+    found.into_iter().take_while(|(area, _)| *area >= enough).map(|piece| piece.1).collect()
 }
 
 /// Area of a closed polygon, positive when it runs clockwise as seen with y down. Square units of the points.
@@ -85,7 +89,7 @@ mod tests {
     #[test]
     fn a_rectangle_has_its_own_area_less_the_cut_corners() {
         let mask = Mask::from_fn(12, 9, |x, y| (2..10).contains(&x) && (3..8).contains(&y));
-        let contour = largest_contour(&mask);
+        let contour = contours(&mask, 1.0).concat();
         assert_eq!(contour.len(), 2 * (8 + 5));
         assert!((signed_area(&contour) - (40.0 - 4.0 * 0.125)).abs() < 1e-12);
     }
@@ -95,10 +99,10 @@ mod tests {
         let mask = Mask::from_fn(30, 20, |x, y| {
             (x < 3 && y < 3) || ((10..28).contains(&x) && y > 1 && !(15..20).contains(&x)) || (y == 2 && x > 9)
         });
-        let contour = largest_contour(&mask);
+        let contour = contours(&mask, 1.0).concat();
         assert!(contour.iter().all(|p| p.x >= 9.9));
-        assert!(largest_contour(&Mask::new(5, 5)).is_empty());
-        assert_eq!(largest_contour(&Mask::from_fn(1, 1, |_, _| true)).len(), 4);
+        assert!(contours(&Mask::new(5, 5), 1.0).concat().is_empty());
+        assert_eq!(contours(&Mask::from_fn(1, 1, |_, _| true), 1.0).concat().len(), 4);
     }
 
     /// The 8-connected region that the contour bounds and all that it encloses: what the outside, walked through sides only, cannot reach.
@@ -127,7 +131,7 @@ mod tests {
         #[test]
         fn filling_the_contour_gives_the_region_without_holes(bits in proptest::collection::vec(any::<bool>(), 64)) {
             let mask = Mask::from_fn(8, 8, |x, y| bits[(y * 8 + x) as usize]);
-            let contour = largest_contour(&mask);
+            let contour = contours(&mask, 1.0).concat();
             let mut filled = Mask::new(8, 8);
             fill_polygon(&mut filled, &contour);
             prop_assert_eq!(filled, region_without_holes(&mask, &contour));

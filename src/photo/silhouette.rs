@@ -3,7 +3,7 @@
 use glam::DVec2;
 use imageproc::{geometry::approximate_polygon_dp, point::Point};
 
-use super::contour::{largest_contour, signed_area, smooth_closed};
+use super::contour::{contours, signed_area, smooth_closed};
 use super::trunk;
 use crate::raster::Mask;
 use crate::{Error, Result};
@@ -13,6 +13,8 @@ crate::params! {
     pub struct SilhouetteParams {
         /// Largest distance between the outline and its simplification, as a fraction of the crown's height.
         outline_tolerance: f64 = 0.01, in 0.001..=0.1, unit "", source "ours: keeps boughs and drops leaves; She names no scale";
+        /// Smallest piece of a crown that stands by itself, as a part of the largest's area: anything smaller is a loose twig.
+        min_piece: f64 = 0.02, in 0.0..=1.0, unit "", source "ours: pines and acacias hold their foliage in separate cushions";
         /// Largest lean of the crown's axis from the vertical.
         axis_lean_deg: f64 = 30.0, in 0.0..=60.0, unit "°", source "ours: crowns lean less even where trunks lean more";
     }
@@ -27,11 +29,20 @@ pub struct Axis {
     pub top: DVec2,
 }
 
+impl Silhouette {
+    /// The contours of all its pieces, the largest first.
+    pub fn pieces(&self) -> impl Iterator<Item = &[DVec2]> {
+        std::iter::once(&self.contour[..]).chain(self.others.iter().map(|piece| &piece[..]))
+    }
+}
+
 /// The outline of the crown, pixels.
 #[derive(Debug, Clone)]
 pub struct Silhouette {
-    /// The outer contour, closed, without repeating its first point.
+    /// The outer contour of the largest piece, closed, without repeating its first point.
     pub contour: Vec<DVec2>,
+    /// Those of its other pieces, the largest first.
+    pub others: Vec<Vec<DVec2>>,
     /// The axis the profile is revolved about.
     pub axis: Axis,
     /// Significant turning points left of the axis, from the base to the top.
@@ -49,7 +60,7 @@ const STAIRCASE: f64 = 1.0;
 /// How much a crown's width holds its axis upright: a round crown leans half as much as its rows' middles do.
 const STIFFNESS: f64 = 0.1;
 
-/// Traces the largest region of `crown`. `tree` is the whole tree with its trunk (the crown itself where no trunk is visible): where
+/// Traces the regions of `crown`; the axis is that of all of them, the turning points are the largest's. `tree` is the whole tree with its trunk (the crown itself where no trunk is visible): where
 /// the trunk enters the crown, the axis is drawn to it.
 ///
 /// # Errors
@@ -59,12 +70,15 @@ pub fn trace(crown: &Mask, tree: &Mask, params: &SilhouetteParams) -> Result<Sil
     if expected != found {
         return Err(Error::MaskSize { what: "tree mask", expected, found });
     }
-    let raw = largest_contour(crown);
+    let mut pieces = contours(crown, params.min_piece).into_iter();
+    let raw = pieces.next().unwrap_or_default();
     if signed_area(&raw) < SMALLEST_CROWN as f64 - 1.0 {
         return Err(Error::CrownTooSmall { needed: SMALLEST_CROWN, found: crown.count() });
     }
     let contour = smooth_closed(&raw, STAIRCASE);
-    let spans = row_spans(&contour);
+    let sizeable = pieces.filter(|piece| signed_area(piece) >= SMALLEST_CROWN as f64);
+    let others: Vec<Vec<DVec2>> = sizeable.map(|piece| smooth_closed(&piece, STAIRCASE)).collect();
+    let spans = row_spans(contour.iter().chain(others.iter().flatten()));
     let neck = trunk::neck(crown, tree).filter(|neck| carries(*neck, &spans));
     let line = fit_line(&spans, neck, params.axis_lean_deg.to_radians().tan());
     let Some((below, above)) = crossings(&contour, line) else {
@@ -77,6 +91,7 @@ pub fn trace(crown: &Mask, tree: &Mask, params: &SilhouetteParams) -> Result<Sil
         right: simplify(&right, tolerance_px),
         axis: Axis { base: below.point, top: above.point },
         contour,
+        others,
     })
 }
 
@@ -94,10 +109,10 @@ struct Span {
     width: f64,
 }
 
-fn row_spans(contour: &[DVec2]) -> Vec<Span> {
-    let (low, high) = contour.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.y), b.max(p.y)));
+fn row_spans<'a>(contours: impl Iterator<Item = &'a DVec2> + Clone) -> Vec<Span> {
+    let (low, high) = contours.clone().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p.y), b.max(p.y)));
     let mut rows = vec![(f64::MAX, f64::MIN); (high - low).ceil() as usize + 1];
-    for p in contour {
+    for p in contours {
         let row = &mut rows[(p.y - low) as usize];
         *row = (row.0.min(p.x), row.1.max(p.x));
     }

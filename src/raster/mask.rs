@@ -137,6 +137,15 @@ impl Mask {
         Self::from_fn(self.width, self.height, |x, y| Some(labels.get_pixel(x, y)[0] as usize) == largest)
     }
 
+    /// Its pieces of at least `least` of the largest's size; pixels that touch at a corner are of one piece.
+    pub fn without_crumbs(&self, least: f64) -> Self {
+        let labels = connected_components(&self.to_gray(), Connectivity::Eight, Luma([0]));
+        let mut sizes = vec![0usize; labels.iter().max().map_or(0, |&last| last as usize) + 1];
+        labels.iter().filter(|&&label| label != 0).for_each(|&label| sizes[label as usize] += 1);
+        let enough = (least * sizes.iter().max().copied().unwrap_or(0) as f64).max(1.0);
+        Self::from_fn(self.width, self.height, |x, y| sizes[labels.get_pixel(x, y)[0] as usize] as f64 >= enough)
+    }
+
     /// Intersection over union with a mask of the same size; 1 when both are empty.
     pub fn iou(&self, other: &Self) -> f64 {
         assert_eq!((self.width, self.height), (other.width, other.height), "masks of one size");

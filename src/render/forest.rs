@@ -46,7 +46,7 @@ impl ForestPart {
         let bare = BuiltPart { part: Part { surface: Surface::default(), ..built.part.clone() }, ..built.clone() };
         let storage = |label, contents: &[u8]| upload_buffer(gpu, label, contents, wgpu::BufferUsages::STORAGE);
         Self {
-            part: store.upload(gpu, &bare, tree, 0, group, textures),
+            part: store.upload(gpu, &bare.part, (&bare.drawn, &bare.seen), tree, 0, group, textures),
             corners: storage("forest.corners", bytemuck::cast_slice(&corners(&built.part.surface))),
             leaves: storage("forest.leaves", bytemuck::cast_slice(&leaves(forest))),
             forest: forest.clone(),

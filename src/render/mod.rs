@@ -12,6 +12,7 @@
 
 mod backdrop;
 mod camera;
+mod capture;
 mod composite;
 mod drawer;
 mod forest;
@@ -44,6 +45,7 @@ use crate::repr::BuiltTree;
 use crate::{Error, Result};
 
 pub use camera::{Camera, FOV_Y_RAD, Projection};
+pub use capture::GpuCapture;
 pub use growth::{GrowthChoice, GrowthEdges, GrowthInput, GrowthKeys, GrowthParams, GrowthRoots};
 pub use light::LightParams;
 pub use present::Window;
@@ -55,6 +57,7 @@ use composite::Composite;
 use drawer::{Drawer, PassKind};
 use forest::ForestDrawer;
 use growth_pass::GrowthPass;
+use impostor::ImpostorDrawer;
 use light::Light;
 use mesh::MeshDrawer;
 use part::PartStore;
@@ -126,11 +129,19 @@ pub struct Shot {
     pub wind: WindParams,
     /// How outlines grow.
     pub growth: GrowthParams,
+    /// Draws every tree as if it were so many heights away, as [`repr::Seen`](crate::repr::Seen) has distances: one level of detail,
+    /// wherever the viewer stands. `None` for the level that belongs there.
+    pub level_distance: Option<f32>,
     /// Number of the frame: only [`GrowthKeys::Random`] asks for it.
     pub frame: u32,
 }
 
 impl Shot {
+    /// [`Camera::heights`] of the picture; a told level is a first number with a second below 0.
+    pub(crate) fn heights(&self) -> [f32; 2] {
+        self.level_distance.map_or_else(|| self.camera.heights(self.size_px[1]), |told| [told, -1.0])
+    }
+
     /// A lit picture under a sky in still air, as the parameters' defaults have it.
     pub fn new(camera: Camera, size_px: [u32; 2]) -> Self {
         Self {
@@ -144,6 +155,7 @@ impl Shot {
             light: LightParams::default(),
             wind: WindParams::default(),
             growth: GrowthParams::default(),
+            level_distance: None,
             frame: 0,
         }
     }
@@ -182,13 +194,15 @@ pub struct Renderer {
     instances: Instances,
     meshes: MeshDrawer,
     leaves: ForestDrawer,
-    /// What drawers have sent for the last frame.
+    impostors: ImpostorDrawer,
+    /// What changes of level have sent for the last frame.
     sent_bytes: u64,
     sun: SunMap,
     composite: Composite,
     growth: GrowthPass,
     crowns: wgpu::Buffer,
     targets: Option<Targets>,
+    uploaded_bytes: u64,
     /// Running while a frame is timed.
     clock: Option<PassClock>,
 }
@@ -232,6 +246,7 @@ impl Renderer {
         let instances = Instances::new(&gpu);
         let meshes = MeshDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
         let leaves = ForestDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
+        let impostors = ImpostorDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
         let composite = Composite::new(&gpu, &frame_layout);
         let growth = GrowthPass::new(&gpu);
         gpu.check()?;
@@ -244,12 +259,14 @@ impl Renderer {
             instances,
             meshes,
             leaves,
+            impostors,
             sent_bytes: 0,
             sun,
             composite,
             growth,
             crowns,
             targets: None,
+            uploaded_bytes: 0,
             clock: None,
         })
     }
@@ -322,6 +339,11 @@ impl Renderer {
         self.leaves.leaves_shown()
     }
 
+    /// Bytes of instances, and of what drawers keep of them, that the last frame sent to the device; 0 when nothing had changed.
+    pub fn uploaded_bytes(&self) -> u64 {
+        self.uploaded_bytes
+    }
+
     /// The picture that [`Renderer::draw`] made last.
     ///
     /// # Panics
@@ -353,10 +375,12 @@ impl Renderer {
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view, ground_m)));
         self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
         let sun_map = view.map(|view| (view, self.sun.size_px));
-        let (scene, _) = self.instances.scene(&self.gpu, shot, stands, growing, sun_map)?;
+        let (scene, mut uploaded_bytes) = self.instances.scene(&self.gpu, shot, stands, growing, sun_map)?;
         let gpu = &self.gpu;
-        self.sent_bytes = self.meshes.prepare(gpu, &scene)? + self.leaves.prepare(gpu, &scene)?;
-        let drawers: [&dyn Drawer; 2] = [&self.meshes, &self.leaves];
+        self.sent_bytes = self.leaves.prepare(gpu, &scene)?;
+        uploaded_bytes += self.sent_bytes + self.meshes.prepare(gpu, &scene)? + self.impostors.prepare(gpu, &scene)?;
+        self.uploaded_bytes = uploaded_bytes;
+        let drawers: [&dyn Drawer; 3] = [&self.meshes, &self.leaves, &self.impostors];
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let mut passed = |encoder: &mut _, pass| self.clock.as_mut().map_or(Ok(()), |clock| clock.passed(gpu, encoder, pass));
         passed(&mut encoder, "begin")?;
@@ -501,7 +525,7 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> lay
         sun_depth_m: sun.map_or(1.0, |sun| sun.depth_m),
         backward: shot.camera.axes[2].to_array(),
         layer: shot.camera.projection.layer(),
-        heights: shot.camera.heights(height),
+        heights: shot.heights(),
         pad: [0.0; 2],
     }
 }

@@ -10,7 +10,7 @@ use crate::geom::Bounds;
 use crate::gpu::{Gpu, layout, upload_buffer, upload_mips};
 use crate::model::{Material, Part, Wrap};
 use crate::raster::mip_chain;
-use crate::repr::{BuiltPart, Drawn, Facing, Fade, Seen};
+use crate::repr::{Drawn, Facing, Fade, Seen};
 
 /// One part on the device.
 #[derive(Debug)]
@@ -76,17 +76,18 @@ impl PartStore {
         }
     }
 
-    /// Puts a part of the tree in `tree` onto the device, its crown being the `crown`-th, from 1, or 0 for none.
+    /// Puts a part of the tree in `tree` onto the device, placed and seen like that, its crown being the `crown`-th, from 1, or 0 for
+    /// none.
     pub fn upload(
         &self,
         gpu: &Gpu,
-        built: &BuiltPart,
+        part: &Part,
+        (drawn, seen): (&Drawn, &Seen),
         tree: Bounds,
         crown: u32,
         group: usize,
         textures: &mut Textures,
     ) -> DevicePart {
-        let part = &built.part;
         let surface = &part.surface;
         let vertex = |i: usize| layout::Vertex {
             position: surface.mesh.positions[i].to_array(),
@@ -100,9 +101,9 @@ impl PartStore {
             vertices: buffer("part.vertices", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer("part.indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             count: indices.len() as u32,
-            material: self.bind(gpu, part, material_of(part, crown, tree), presence_of(built), textures),
+            material: self.bind(gpu, part, material_of(part, crown, tree), presence_of(part, drawn, seen), textures),
             two_sided: part.material.two_sided,
-            pierced: part.material.alpha_cutoff.is_some() || !built.seen.is_always(),
+            pierced: part.material.alpha_cutoff.is_some() || !seen.is_always(),
             group,
         }
     }
@@ -150,16 +151,40 @@ fn material_of(part: &Part, crown: u32, tree: Bounds) -> layout::Material {
         // Only leaves are cut out of what they are painted on.
         foliage: f32::from(u8::from(alpha_cutoff.is_some())),
         normal_mapped: u32::from(normal_texture.is_some()),
+        stand_in: u32::from(is_stand_in(part, tree)),
         tree_center: tree.center().to_array(),
         tree_half: (0.5 * tree.size()).max(Vec3::splat(1e-3)).to_array(),
         ..layout::Material::zeroed()
     }
 }
 
-fn presence_of(BuiltPart { part, drawn, seen }: &BuiltPart) -> layout::Presence {
-    let Seen { anchor, appears, vanishes, facing, fade } = *seen;
+/// Side of a polygon in heights of the tree from which on it is a card: a picture of leaves that are elsewhere. Leaves of true trees are
+/// far smaller.
+const CARD: f32 = 0.04;
+
+/// Whether a part's pictures show leaves that are elsewhere: cut out, with captured normals, of polygons too large for leaves.
+fn is_stand_in(part: &Part, tree: Bounds) -> bool {
+    let Material { alpha_cutoff, normal_texture, .. } = &part.material;
+    let mesh = &part.surface.mesh;
+    let area: f32 = mesh
+        .triangulated()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        })
+        .sum();
+    let captured = alpha_cutoff.is_some() && normal_texture.is_some() && part.crown_center.is_none();
+    captured && area > (CARD * tree.max.y).powi(2) * mesh.polygon_count() as f32
+}
+
+fn presence_of(part: &Part, drawn: &Drawn, seen: &Seen) -> layout::Presence {
+    let Seen { anchor, vanish_anchor, appears, vanishes, facing, fade } = *seen;
     let (axis, cosines, facing) = match facing {
         Facing::Any => (Vec3::Z, [0.0; 2], 0),
+        Facing::Own { cosines } => {
+            let bits = layout::Presence::FACING_OWN | layout::Presence::FACING_BOTH;
+            (Vec3::Z, cosines, layout::Presence::FACING | bits)
+        }
         Facing::Toward { axis, cosines, level, both_sides } => {
             let bit = |set: bool, bit: u32| if set { bit } else { 0 };
             let bits = bit(level, layout::Presence::FACING_LEVEL) | bit(both_sides, layout::Presence::FACING_BOTH);
@@ -174,6 +199,8 @@ fn presence_of(BuiltPart { part, drawn, seen }: &BuiltPart) -> layout::Presence 
     };
     layout::Presence {
         anchor: anchor.to_array(),
+        vanish_anchor: vanish_anchor.unwrap_or(anchor).to_array(),
+        pad: 0.0,
         fade: match fade {
             _ if seen.is_always() => layout::Presence::FADE_NEVER,
             // What has no cutoff to raise is thinned out.
@@ -198,13 +225,19 @@ pub struct Textures {
     colors: Vec<(Arc<RgbaImage>, Option<f32>, wgpu::TextureView)>,
     normals: Vec<(Arc<RgbaImage>, wgpu::TextureView)>,
     blank: Option<wgpu::TextureView>,
+    averaged: bool,
 }
 
 impl Textures {
+    /// Such whose smaller sizes have the mean alpha, as the software rasteriser's have.
+    pub fn averaged() -> Self {
+        Self { averaged: true, ..Self::default() }
+    }
+
     fn color(&mut self, gpu: &Gpu, material: &Material) -> wgpu::TextureView {
         let Some(picture) = &material.texture else { return self.blank(gpu) };
         // The cutoff tests the product of texture and factor.
-        let cutoff = material.alpha_cutoff.map(|cutoff| cutoff / material.factor[3].max(1e-3));
+        let cutoff = material.alpha_cutoff.filter(|_| !self.averaged).map(|cutoff| cutoff / material.factor[3].max(1e-3));
         if let Some((_, _, view)) = self.colors.iter().find(|(known, its, _)| Arc::ptr_eq(known, picture) && *its == cutoff) {
             return view.clone();
         }

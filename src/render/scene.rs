@@ -26,8 +26,7 @@ pub struct Viewer {
 impl Viewer {
     /// Of a picture.
     pub fn of(shot: &Shot) -> Self {
-        let heights = shot.camera.heights(shot.size_px[1]);
-        Self { camera: shot.camera, heights, toward_sun: shot.toward_sun.normalize_or(Vec3::Y) }
+        Self { camera: shot.camera, heights: shot.heights(), toward_sun: shot.toward_sun.normalize_or(Vec3::Y) }
     }
 
     /// Where the eye is, world space, and how far a thing `d` metres away is in the picture for which distances are told: `x + y · d`.
@@ -38,13 +37,17 @@ impl Viewer {
     /// How far it is from a point of a placed tree, in heights of the tree, as [`Seen`] has distances.
     pub fn distance(&self, tree: &Tree, at: Vec3, instance: &layout::Instance) -> f32 {
         let [plain, by_distance] = self.heights;
+        if by_distance < 0.0 {
+            return plain;
+        }
         let way_m = (self.camera.eye - placed_point(instance, at)).length();
         (plain + by_distance * way_m) / (instance.scale * tree.height_m())
     }
 
     /// How much is seen of a part of a placed tree; `shaders/shared/presence.wgsl` reckons the same.
     pub fn share(&self, tree: &Tree, seen: &Seen, instance: &layout::Instance, kind: PassKind) -> f32 {
-        let by_distance = seen.share_at(self.distance(tree, seen.anchor, instance));
+        let away = |anchor| self.distance(tree, anchor, instance);
+        let by_distance = seen.share_between(away(seen.anchor), away(seen.vanish_anchor.unwrap_or(seen.anchor)));
         if by_distance <= 0.0 {
             return 0.0;
         }

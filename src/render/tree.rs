@@ -66,15 +66,16 @@ impl Tree {
             let crown = CrownShape::of(built_part);
             tree.crowns.extend(crown);
             let number = if crown.is_some() { tree.crowns.len() as u32 } else { 0 };
-            let group = tree.group(built_part.seen);
-            if let Drawn::Forest(forest) = &built_part.drawn {
+            let BuiltPart { part, drawn, seen } = built_part;
+            let group = tree.group(*seen);
+            if let Drawn::Forest(forest) = drawn {
                 tree.forests.push(ForestPart::upload(gpu, store, built_part, forest, built.bounds, group, &mut textures));
                 continue;
             }
-            let part = store.upload(gpu, built_part, built.bounds, number, group, &mut textures);
-            match built_part.drawn {
-                Drawn::Octahedral(_) => tree.impostors.push(part),
-                Drawn::Still | Drawn::Turned { .. } | Drawn::Forest(_) => tree.meshes.push(part),
+            let device_part = store.upload(gpu, part, (drawn, seen), built.bounds, number, group, &mut textures);
+            match drawn {
+                Drawn::Octahedral(_) => tree.impostors.push(device_part),
+                Drawn::Still | Drawn::Turned { .. } | Drawn::Forest(_) => tree.meshes.push(device_part),
             }
         }
         tree

@@ -8,6 +8,7 @@ use crate::gpu::layout::Instance;
 use crate::metrics::silhouette;
 use crate::model::reference::ReferenceTree;
 use crate::model::{Part, TreeModel};
+use crate::photo::SilhouetteParams;
 use crate::raster::Mask;
 use crate::render::{Background, Camera, Projection, Renderer, Shot, Stage, Stand, Tree};
 
@@ -44,7 +45,7 @@ pub fn agreement(
 /// Those of the renderer.
 pub fn surveyed_height_m(renderer: &mut Renderer, truth: &ReferenceTree, azimuth_rad: f32) -> Result<f64> {
     let grown = renderer.upload(&truth.foliage)?;
-    let crown = outline(renderer, &grown, truth, azimuth_rad)?.largest_piece();
+    let crown = outline(renderer, &grown, truth, azimuth_rad)?.without_crumbs(SilhouetteParams::default().min_piece);
     let Some(area) = crown.bounds() else { return Ok(f64::from(truth.bounds.max.y)) };
     let top = 1.0 - 2.0 * f64::from(area.y) / f64::from(SIDE_PX);
     Ok(f64::from(truth.bounds.center().y) + top * f64::from(half_height_m(truth)))

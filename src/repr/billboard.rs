@@ -129,3 +129,97 @@ fn nearest_of(views: u32, axis: Vec3, blend_rad: f32) -> Facing {
     let none = if blend_rad > 0.0 { (half + blend_rad).min(0.5 * TAU).cos().min(all) } else { all };
     Facing::Toward { axis, cosines: [none, all], level: true, both_sides: false }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Quat;
+
+    use super::*;
+    use crate::model::Part;
+    use crate::raster::ALPHA_CUTOFF;
+    use crate::repr::Scope;
+    use crate::repr::trial::{self, built, mask, overlap};
+
+    /// The part as who stands at that azimuth sees it turned.
+    fn turned(part: &BuiltPart, azimuth_rad: f32) -> Part {
+        let Drawn::Turned { pivot, .. } = part.drawn else { panic!("not a turned card") };
+        let turn = Quat::from_rotation_y(azimuth_rad);
+        let mut part = part.part.clone();
+        part.surface.mesh.positions.iter_mut().for_each(|p| *p = pivot + turn * (*p - pivot));
+        part.surface.normals.iter_mut().for_each(|n| *n = turn * *n);
+        part
+    }
+
+    #[test]
+    fn each_view_has_the_outline_of_the_tree_from_its_side_wherever_the_tree_stands() {
+        for source in [trial::tree(), trial::tree_at(Vec3::new(7.0, 0.0, -3.0))] {
+            for turning in ["cylindrical", "spherical"] {
+                let tree = built("billboard", &["views=5", "texture_px=256", &format!("turning={turning}")], &source).unwrap();
+                assert_eq!(tree.parts.len(), 5);
+                for (k, part) in tree.parts.iter().enumerate() {
+                    let azimuth = TAU * k as f32 / 5.0;
+                    let view = View::around(source.points(Scope::Tree), azimuth, 0.0, 160, 160);
+                    let same = overlap(&mask([&turned(part, azimuth)], &view), &mask(source.parts(Scope::Tree), &view));
+                    assert!(same > 0.93, "view {k} of {}: {same}", source.name());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_side_shows_the_nearest_view_and_no_other() {
+        for views in [2, 3, 16] {
+            let tree = built("billboard", &[&format!("views={views}"), "texture_px=16"], &trial::tree()).unwrap();
+            let blended = built("billboard", &[&format!("views={views}"), "blend_deg=5", "texture_px=16"], &trial::tree()).unwrap();
+            for i in 0..2000 {
+                let azimuth = TAU * i as f32 / 2000.0;
+                for elevation in [-0.3, 0.0, 1.2, std::f32::consts::FRAC_PI_2] {
+                    let toward = View::axes_from(azimuth, elevation)[2];
+                    let shares: Vec<f32> = tree.parts.iter().map(|part| part.seen.share_toward(toward)).collect();
+                    let between = (azimuth * views as f32 / TAU - 0.5).rem_euclid(1.0);
+                    if elevation < 1.5 && (0.01..0.99).contains(&between) {
+                        let nearest = (azimuth * views as f32 / TAU).round() as usize % views;
+                        assert_eq!(shares[nearest], 1.0, "{azimuth} of {views}");
+                        assert_eq!(shares.iter().sum::<f32>(), 1.0, "{azimuth} of {views}");
+                    }
+                    for tree in [&tree, &blended] {
+                        let most = tree.parts.iter().map(|part| part.seen.share_toward(toward)).fold(0.0, f32::max);
+                        assert_eq!(most, 1.0, "{azimuth} {elevation} of {views}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_lit_side_follows_the_sun() {
+        let tree = built("billboard", &[], &trial::tree()).unwrap();
+        let material = &tree.parts[0].part.material;
+        let (texture, normals) = (material.texture.as_ref().unwrap(), material.normal_texture.as_ref().unwrap());
+        let brightness = |sun: Vec3, left: bool| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for (x, y, n) in normals.enumerate_pixels() {
+                let there = f32::from(texture.get_pixel(x, y)[3]) >= 255.0 * ALPHA_CUTOFF;
+                if there && (2 * x < normals.width()) == left {
+                    let n = Vec3::from_slice(&n.0[..3].iter().map(|v| f32::from(*v) / 127.5 - 1.0).collect::<Vec<_>>());
+                    (sum, count) = (sum + n.dot(sun).max(0.0), count + 1.0);
+                }
+            }
+            sum / count
+        };
+        let tilt =
+            |x: f32| brightness(Vec3::new(x, 0.3, 0.6).normalize(), true) - brightness(Vec3::new(x, 0.3, 0.6).normalize(), false);
+        assert!(tilt(-0.7) > 0.15 && tilt(0.7) < -0.15, "{} {}", tilt(-0.7), tilt(0.7));
+    }
+
+    #[test]
+    fn a_bare_tree_and_one_leaf_stand_and_a_point_is_refused() {
+        assert_eq!(built("billboard", &["views=3"], &trial::bare()).unwrap().parts.len(), 3);
+        // From its edge there is nothing of it to see.
+        assert_eq!(built("billboard", &["views=4"], &trial::one_leaf()).unwrap().parts.len(), 2);
+        let refused = built("billboard", &[], &trial::point()).unwrap_err().to_string();
+        assert!(refused.contains("extent"), "{refused}");
+        let wrong = built("billboard", &["views=17"], &trial::tree()).unwrap_err().to_string();
+        assert!(wrong.contains("views") && wrong.contains("17"), "{wrong}");
+    }
+}

@@ -110,6 +110,10 @@ impl Octahedral {
 pub struct Seen {
     /// From where distances are measured.
     pub anchor: Vec3,
+    /// From where those at which it vanishes are measured instead; `None` for the same. What stands for a part of a tree vanishes just where
+    /// what stands for more of it appears, which is measured from the middle of that (Lluch04 §4, fig. 8).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vanish_anchor: Option<Vec3>,
     /// Nothing of it is seen up to the first, all of it from the second on.
     pub appears: [f32; 2],
     /// All of it is seen up to the first, nothing from the second on; `f32::MAX` for never.
@@ -138,6 +142,12 @@ pub enum Facing {
         /// The other side counts as this one.
         both_sides: bool,
     },
+    /// Each of its polygons from both its sides: the cosine as above, with the polygon's own normal (that of its first vertex) for an axis.
+    /// So many cards that cross fade edge-on in one part.
+    Own {
+        /// Where it begins and where it ends to fade.
+        cosines: [f32; 2],
+    },
 }
 
 /// How a part that is seen only in part is thinned out.
@@ -153,7 +163,14 @@ pub enum Fade {
 
 impl Default for Seen {
     fn default() -> Self {
-        Self { anchor: Vec3::ZERO, appears: [0.0; 2], vanishes: [f32::MAX; 2], facing: Facing::Any, fade: Fade::Hashed }
+        Self {
+            anchor: Vec3::ZERO,
+            vanish_anchor: None,
+            appears: [0.0; 2],
+            vanishes: [f32::MAX; 2],
+            facing: Facing::Any,
+            fade: Fade::Hashed,
+        }
     }
 }
 
@@ -173,7 +190,18 @@ impl Seen {
 
     /// How much of it is seen at a distance, 0 to 1, whatever the side.
     pub fn share_at(&self, distance: f32) -> f32 {
-        let rise = |[from, to]: [f32; 2]| {
+        self.share_between(distance, distance)
+    }
+
+    /// How much of it is seen by a viewer at `eye`, whatever the side; object space in metres, of a tree of that height.
+    pub fn share_from(&self, eye: Vec3, height_m: f32) -> f32 {
+        let away = |anchor: Vec3| eye.distance(anchor) / height_m;
+        self.share_between(away(self.anchor), away(self.vanish_anchor.unwrap_or(self.anchor)))
+    }
+
+    /// How much of it is seen at a distance from its anchor and another from where it vanishes, 0 to 1, whatever the side.
+    pub fn share_between(&self, near: f32, far: f32) -> f32 {
+        let rise = |distance: f32, [from, to]: [f32; 2]| {
             if distance < from {
                 0.0
             } else if distance >= to {
@@ -182,10 +210,11 @@ impl Seen {
                 (distance - from) / (to - from)
             }
         };
-        rise(self.appears) * (1.0 - rise(self.vanishes))
+        rise(near, self.appears) * (1.0 - rise(far, self.vanishes))
     }
 
-    /// How much of it is seen from the direction `toward_viewer` (unit length), 0 to 1, whatever the distance.
+    /// How much of it is seen from the direction `toward_viewer` (unit length), 0 to 1, whatever the distance; 1 where each polygon has a side
+    /// of its own.
     pub fn share_toward(&self, toward_viewer: Vec3) -> f32 {
         let Facing::Toward { axis, cosines: [none, all], level, both_sides } = self.facing else { return 1.0 };
         let flat = Vec3::new(toward_viewer.x, 0.0, toward_viewer.z);
@@ -200,6 +229,7 @@ impl Facing {
     fn is_sound(&self) -> bool {
         match self {
             Self::Any => true,
+            Self::Own { cosines: [none, all] } => none.is_finite() && all.is_finite() && none <= all,
             Self::Toward { axis, cosines: [none, all], .. } => {
                 axis.is_normalized() && none.is_finite() && all.is_finite() && none <= all
             }
@@ -291,7 +321,11 @@ impl BuiltTree {
         for BuiltPart { part, drawn, seen } in &self.parts {
             part.check().map_err(|what| format!("{}: {what}", part.name))?;
             let ends = [seen.appears[0], seen.appears[1], seen.vanishes[0], seen.vanishes[1]];
-            if !seen.anchor.is_finite() || ends.iter().any(|d| d.is_nan() || *d < 0.0) || !ends.is_sorted() {
+            if !seen.anchor.is_finite()
+                || seen.vanish_anchor.is_some_and(|anchor| !anchor.is_finite())
+                || ends.iter().any(|d| d.is_nan() || *d < 0.0)
+                || !ends.is_sorted()
+            {
                 return Err(format!("{}: it appears and vanishes at {ends:?}, which are no rising distances", part.name));
             }
             if !seen.facing.is_sound() || !drawn.is_sound() {

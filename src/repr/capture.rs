@@ -23,8 +23,11 @@ pub trait Capture: Sync {
 /// The software rasteriser: 9 samples a pixel, the same bytes on every machine. Keeps the textures that it has met, for as long as it lives.
 #[derive(Debug, Default)]
 pub struct SoftwareCapture {
-    textures: Mutex<Vec<(Arc<RgbaImage>, Option<Arc<Texture>>)>>,
+    textures: Mutex<Vec<Known>>,
 }
+
+/// A picture, and the texture of it unless it is empty.
+type Known = (Arc<RgbaImage>, Option<Arc<Texture>>);
 
 impl SoftwareCapture {
     /// Without any texture yet.

@@ -99,7 +99,8 @@ pub fn beyond_gltf(part: &BuiltPart) -> Option<&'static str> {
         (Drawn::Octahedral(_), _) => Some("shows the picture that was taken nearest to the viewer's side"),
         (Drawn::Turned { .. }, _) => Some("turns to the viewer"),
         (Drawn::Still | Drawn::Forest(_), Facing::Toward { .. }) => Some("is seen from some sides only"),
-        (Drawn::Still | Drawn::Forest(_), Facing::Any) => None,
+        // Fading edge-on is left out where glTF has no word for it.
+        (Drawn::Still | Drawn::Forest(_), Facing::Any | Facing::Own { .. }) => None,
     }
 }
 

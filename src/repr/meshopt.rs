@@ -184,7 +184,7 @@ mod tests {
     fn built(settings: &Settings) -> BuiltTree {
         let (source, _) = TreeSource::open("acacia", &Asked::default(), Seed(1)).unwrap();
         let order = Order { method: "meshopt", trunk: None, settings, seed: Seed(1) };
-        build(&order, &source, &SoftwareCapture).unwrap()
+        build(&order, &source, &SoftwareCapture::default()).unwrap()
     }
 
     #[test]

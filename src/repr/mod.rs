@@ -5,22 +5,31 @@
 //! with a [`Representation`] and one row; only a new way of drawing is a new [`Drawn`].
 
 mod billboard;
+mod billboard_cloud;
+pub mod box_hierarchy;
 mod built;
 mod capture;
 pub mod card;
 mod crossed_planes;
+mod csg;
 pub mod file;
 mod geometry;
 pub mod grid_slices;
 pub mod levels;
+pub mod limits;
 pub mod lodf;
+pub mod lodstrips;
 mod meshopt;
+pub mod multichain;
 mod octahedral;
 mod pick;
 mod settings;
 mod slices;
 mod source;
+mod sphere_board;
 mod stats;
+#[cfg(test)]
+mod trial;
 pub mod vdf;
 
 use std::time::Instant;
@@ -41,9 +50,15 @@ pub const METHODS: &[&dyn Representation] = &[
     &crossed_planes::CrossedPlanes,
     &slices::Slices,
     &grid_slices::GridSlices,
+    &box_hierarchy::BoxHierarchy,
+    &csg::Csg,
+    &sphere_board::SphereBoard,
     &octahedral::OctahedralImpostor,
+    &billboard_cloud::BillboardCloud,
     &meshopt::Meshopt,
     &lodf::Lodf,
+    &multichain::Multichain,
+    &lodstrips::LodstripsWood,
     &vdf::Vdf,
 ];
 

@@ -154,3 +154,87 @@ fn square(impostor: &Octahedral) -> Surface {
         ..Surface::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::repr::trial::{self, built, mask, overlap};
+    use crate::repr::{BuiltTree as Tree, Scope};
+
+    fn opened(tree: &Tree) -> (Octahedral, &RgbaImage, &RgbaImage) {
+        let Drawn::Octahedral(impostor) = tree.parts[0].drawn else { panic!("not an impostor") };
+        let material = &tree.parts[0].part.material;
+        (impostor, material.texture.as_ref().unwrap(), material.normal_texture.as_ref().unwrap())
+    }
+
+    fn there(alpha: u8) -> bool {
+        f32::from(alpha) >= 255.0 * ALPHA_CUTOFF
+    }
+
+    #[test]
+    fn each_frame_has_the_outline_of_the_tree_from_its_direction() {
+        let source = trial::tree();
+        let tree = built("octahedral", &["grid=5", "frame_px=64"], &source).unwrap();
+        let (impostor, colors, _) = opened(&tree);
+        assert_eq!(colors.dimensions(), (320, 320));
+        // Front, right, back and left at the corners, from above in the middle, and one in between.
+        for (i, j, azimuth_deg, elevation_deg) in [
+            (0, 4, 0.0f32, 0.0f32),
+            (4, 4, 90.0, 0.0),
+            (4, 0, 180.0, 0.0),
+            (0, 0, 270.0, 0.0),
+            (2, 2, 0.0, 90.0),
+            (1, 3, 0.0, 45.0),
+        ] {
+            let view = View {
+                axes: View::axes_from(azimuth_deg.to_radians(), elevation_deg.to_radians()),
+                center: impostor.center,
+                half_size_m: Vec2::splat(impostor.radius_m),
+                slab_m: View::ALL,
+                width_px: 64,
+                height_px: 64,
+            };
+            let frame = imageops::crop_imm(colors, 64 * i, 64 * j, 64, 64).to_image();
+            let frame: Vec<bool> = frame.pixels().map(|p| there(p[3])).collect();
+            let same = overlap(&frame, &mask(source.parts(Scope::Tree), &view));
+            assert!(same > 0.93, "frame {i}, {j}: {same}");
+        }
+    }
+
+    #[test]
+    fn depth_and_normals_of_a_block_are_its_own() {
+        let source = trial::block();
+        let tree = built("octahedral", &["grid=5", "frame_px=64"], &source).unwrap();
+        let (impostor, colors, normals) = opened(&tree);
+        assert_eq!(impostor.center, Vec3::new(0.0, 1.5, 0.0));
+        // Frames by what they see in their middle: its normal and how far it lies before the block's own middle.
+        for (i, j, normal, depth_m) in [(2, 2, Vec3::Y, 1.5), (0, 4, Vec3::Z, 0.5), (4, 4, Vec3::X, 1.0), (4, 0, -Vec3::Z, 0.5)] {
+            let (x, y) = (64 * i + 32, 64 * j + 32);
+            assert!(there(colors.get_pixel(x, y)[3]));
+            let [r, g, b, a] = normals.get_pixel(x, y).0.map(|v| f32::from(v) / 127.5 - 1.0);
+            assert!((Vec3::new(r, g, b) - normal).length() < 0.02, "frame {i}, {j}: {r} {g} {b}");
+            assert!((a * impostor.radius_m - depth_m).abs() < impostor.radius_m / 100.0, "frame {i}, {j}: {a}");
+        }
+    }
+
+    #[test]
+    fn frames_do_not_touch_and_colour_goes_on_under_what_is_not_there() {
+        let tree = built("octahedral", &["grid=4", "frame_px=64"], &trial::block()).unwrap();
+        let (_, colors, _) = opened(&tree);
+        let color = colors.get_pixel(32, 32).0;
+        for (x, y, texel) in colors.enumerate_pixels() {
+            if [x % 64, y % 64].iter().any(|k| *k == 0 || *k == 63) {
+                assert_eq!(texel[3], 0, "{x}, {y}");
+            }
+            assert!(texel.0[..3].iter().zip(color).all(|(a, b)| a.abs_diff(b) <= 1), "{x}, {y}");
+        }
+    }
+
+    #[test]
+    fn a_bare_tree_and_one_leaf_stand_and_a_point_is_refused() {
+        for source in [trial::bare(), trial::one_leaf()] {
+            built("octahedral", &["grid=4", "frame_px=32"], &source).unwrap();
+        }
+        assert!(built("octahedral", &[], &trial::point()).is_err());
+    }
+}

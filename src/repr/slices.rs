@@ -154,3 +154,89 @@ fn side_facing(axis: Vec3, params: &SlicesParams) -> Facing {
     let all = (none + (middle - none) / between).min(1.0);
     Facing::Toward { axis, cosines: [none, all], level: true, both_sides: false }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::raster;
+    use crate::repr::trial::{self, built};
+    use crate::repr::{BuiltTree as Tree, Stats};
+
+    fn slices(tree: &Tree) -> Vec<&BuiltPart> {
+        tree.parts.iter().filter(|part| part.part.material.texture.is_some()).collect()
+    }
+
+    /// How much of the picture from that azimuth is covered, when each slice is thinned out at random to its opacity.
+    fn covered(cards: &[&BuiltPart], view: &View) -> f64 {
+        let mut open = vec![1.0f64; (view.width_px * view.height_px) as usize];
+        for card in cards {
+            let share = f64::from(card.seen.share_toward(view.axes[2]));
+            if share > 0.0 {
+                let taken = raster::render(&[(&card.part.surface, card.part.material.raster())], view, None).unwrap();
+                open.iter_mut().zip(taken.coverage.as_raw()).for_each(|(o, c)| *o *= 1.0 - share * f64::from(*c) / 255.0);
+            }
+        }
+        open.iter().map(|o| 1.0 - o).sum()
+    }
+
+    #[test]
+    fn six_groups_of_five_each_in_its_own_slab() {
+        let tree = built("slices", &[], &trial::tree()).unwrap();
+        let cards = slices(&tree);
+        assert_eq!(cards.len(), 30);
+        assert_eq!(Stats::of_all(&tree).textures, 60, "each has its picture and its normals");
+        for (k, group) in cards.chunks(5).enumerate() {
+            let axis = View::axes_from(TAU * k as f32 / 6.0, 0.0)[2];
+            let planes: Vec<f32> = group.iter().map(|card| card.part.surface.mesh.positions[0].dot(axis)).collect();
+            let step = planes[1] - planes[0];
+            assert!(step > 0.1 && planes.windows(2).all(|w| (w[1] - w[0] - step).abs() < 1e-4), "{planes:?}");
+            assert!(group.iter().all(|card| (card.part.surface.normals[0] - axis).length() < 1e-5));
+        }
+    }
+
+    #[test]
+    fn a_crown_is_as_dense_from_everywhere() {
+        let source = trial::tree();
+        let tree = built("slices", &[], &source).unwrap();
+        let cards = slices(&tree);
+        for azimuth_deg in (0..60).step_by(6) {
+            let view = View::around(source.points(Scope::Tree), (azimuth_deg as f32).to_radians(), 0.0, 96, 96);
+            let leaves: Vec<_> = source.parts(Scope::Foliage).iter().map(|part| (&part.surface, part.material.raster())).collect();
+            let truth: f64 =
+                raster::render(&leaves, &view, None).unwrap().coverage.as_raw().iter().map(|c| f64::from(*c) / 255.0).sum();
+            let ratio = covered(&cards, &view) / truth;
+            println!("{azimuth_deg}: {ratio}");
+            assert!((0.9..1.1).contains(&ratio), "{azimuth_deg}°: {ratio}");
+        }
+    }
+
+    #[test]
+    fn groups_that_face_away_are_dropped_and_two_are_seen_at_most() {
+        let tree = built("slices", &["texture_px=16"], &trial::tree()).unwrap();
+        for i in 0..360 {
+            let toward = View::axes_from((i as f32).to_radians(), 0.2)[2];
+            let seen = slices(&tree).into_iter().filter(|card| card.seen.share_toward(toward) > 1e-4);
+            let seen: Vec<_> = seen.collect();
+            assert!(
+                (5..=10).contains(&seen.len()) && seen.iter().all(|card| card.part.surface.normals[0].dot(toward) > 0.4),
+                "{i}"
+            );
+        }
+    }
+
+    #[test]
+    fn level_slices_are_for_who_looks_from_above() {
+        let tree = built("slices", &["level=on", "slices=3", "texture_px=32"], &trial::tree()).unwrap();
+        let level: Vec<_> = slices(&tree).split_off(18);
+        assert!(level.len() == 3 && level.iter().all(|card| card.seen.share_toward(Vec3::Y) == 1.0));
+        assert!(level.iter().all(|card| card.seen.share_toward(Vec3::Z) == 0.0));
+    }
+
+    #[test]
+    fn a_bare_tree_and_one_leaf_stand_and_a_point_is_refused() {
+        let bare = built("slices", &[], &trial::bare()).unwrap();
+        assert!(bare.parts.len() == 1 && bare.warnings[0].code == "no-leaves");
+        assert!(!built("slices", &[], &trial::one_leaf()).unwrap().parts.is_empty());
+        assert!(built("slices", &[], &trial::point()).is_err());
+    }
+}

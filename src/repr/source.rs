@@ -32,7 +32,8 @@ pub enum TreeSource {
 }
 
 /// What a source is, as far as methods ask.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum SourceKind {
     /// A true tree with the bones it was grown on.
     Grown,

@@ -188,6 +188,10 @@ impl Representation for Vdf {
         &[Scope::Foliage]
     }
 
+    fn partner(&self) -> &'static str {
+        "lodstrips"
+    }
+
     fn accepts(&self) -> &'static [SourceKind] {
         SourceKind::REFERENCE
     }

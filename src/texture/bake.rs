@@ -109,8 +109,9 @@ pub fn bake(mesh: &PolyMesh, center: Vec3, texture: &VirtualTexture, exemplar: &
     let grown = |polygon: u32| texture.blocks[polygon as usize].source == BlockSource::Exemplar;
     gaps::open(&mut shaded, size, |s| grown(s.label), exemplar.gap_fraction);
     let exemplar_grain = Grain::of(&layer);
-    let expected = |s: &Shaded, polygon: u32, axis: usize| match &texture.front {
-        Some(front) if !grown(polygon) => front.step(s.seen_m[axis]),
+    let front_of = |polygon: u32| texture.blocks[polygon as usize].source.front().and_then(|number| texture.fronts.get(number));
+    let expected = |s: &Shaded, polygon: u32, axis: usize| match front_of(polygon) {
+        Some(front) => front.step(s.seen_m[axis]),
         _ => {
             let gain = texture.gains[polygon as usize].element_sum() / 3.0;
             f64::from(gain) * exemplar_grain.at(s.surface_m[axis] * texture.texels_per_m as f32)
@@ -304,7 +305,7 @@ impl<'a> Painter<'a> {
         let (mine, theirs) = (&self.texture.blocks[p], &self.texture.blocks[neighbor]);
         let Some(hinge) = self.texture.flat.hinges[p][k] else { return false };
         match (mine.source, theirs.source) {
-            (BlockSource::Front, BlockSource::Front) => true,
+            (BlockSource::Front(one), BlockSource::Front(other)) => one == other,
             (BlockSource::Exemplar, BlockSource::Exemplar) => {
                 let extended = theirs.map * hinge.unfolded;
                 [a, b].iter().all(|&q| mine.map.transform_point2(q).distance(extended.transform_point2(q)) < 0.1)
@@ -316,8 +317,8 @@ impl<'a> Painter<'a> {
     /// What polygon `p`'s block shows at a place of its plane; alpha × 255.
     fn shown(&self, p: usize, at: Vec2, place: Vec3, gain: Vec3) -> Vec4 {
         let block = &self.texture.blocks[p];
-        match (block.source, &self.texture.front) {
-            (BlockSource::Front, Some(front)) => front.sample(place),
+        match block.source.front().and_then(|number| self.texture.fronts.get(number)) {
+            Some(front) => front.sample(place),
             _ => {
                 let t = block.map.transform_point2(at);
                 let t = self.layer.sharp(t.x, t.y);
@@ -337,6 +338,7 @@ impl<'a> Painter<'a> {
     /// The average over a texel: where the chart squeezes the surface, of several samples.
     fn texel(&self, piece: &Piece, w: [f32; 3]) -> Shaded {
         let flat = &self.texture.flat.flats[piece.polygon as usize];
+        let front = self.texture.blocks[piece.polygon as usize].source.front().and_then(|number| self.texture.fronts.get(number));
         let [a, b, c] = piece.at;
         let [p, q, r] = piece.corners.map(|k| flat.corners[k] * self.density);
         let area = (b - a).perp_dot(c - a);
@@ -345,7 +347,8 @@ impl<'a> Painter<'a> {
         let along = |step: Vec2| {
             let v = step.perp_dot(c - a) / area;
             let w = (b - a).perp_dot(step) / area;
-            let seen_m = ((at[1] - at[0]) * v + (at[2] - at[0]) * w).truncate().length();
+            let step = (at[1] - at[0]) * v + (at[2] - at[0]) * w;
+            let seen_m = front.map_or(step.truncate().length(), |front| front.seen(step));
             (((q - p) * v + (r - p) * w).length(), [-v - w, v, w], seen_m)
         };
         let ((x_stretch, dx, x_seen_m), (y_stretch, dy, y_seen_m)) = (along(Vec2::X), along(Vec2::Y));

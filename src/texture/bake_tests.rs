@@ -12,7 +12,7 @@ fn atlas_of(mesh: &PolyMesh, size: u32, side: u32) -> Atlas {
     let synth = SynthParams { front: FrontChoice::Synth, ..SynthParams::default() };
     let exemplar = leafy(side);
     let density = texels_per_m(mesh, &params).unwrap();
-    let texture = synthesize(mesh, &exemplar, density, None, &synth, Seed(1)).unwrap();
+    let texture = synthesize(mesh, &exemplar, density, &[], &synth, Seed(1)).unwrap();
     bake(mesh, mesh.bounds().unwrap().center(), &texture, &exemplar, &params).unwrap()
 }
 
@@ -92,17 +92,17 @@ fn odd_inputs_are_refused_or_survived() {
     let exemplar = leafy(2);
     let params = BakeParams { texture_size: PowerOfTwo(64), ..BakeParams::default() };
     let synth = SynthParams::default();
-    assert!(matches!(synthesize(&PolyMesh::default(), &exemplar, 5.0, None, &synth, Seed(1)), Err(Error::Untexturable { .. })));
+    assert!(matches!(synthesize(&PolyMesh::default(), &exemplar, 5.0, &[], &synth, Seed(1)), Err(Error::Untexturable { .. })));
     let mut broken = lumpy_ball(4, 1.0);
-    assert!(synthesize(&broken, &exemplar, f64::NAN, None, &synth, Seed(1)).is_err());
-    assert!(matches!(synthesize(&broken, &leafy(1), 5.0, None, &synth, Seed(1)), Err(Error::Exemplar { .. })));
+    assert!(synthesize(&broken, &exemplar, f64::NAN, &[], &synth, Seed(1)).is_err());
+    assert!(matches!(synthesize(&broken, &leafy(1), 5.0, &[], &synth, Seed(1)), Err(Error::Exemplar { .. })));
     // Far more texels per polygon than the exemplar has, an octahedron, a centre outside.
     atlas_of(&lumpy_ball(2, 1.0), 128, 3);
-    let texture = synthesize(&broken, &exemplar, 1e6, None, &synth, Seed(1)).unwrap();
+    let texture = synthesize(&broken, &exemplar, 1e6, &[], &synth, Seed(1)).unwrap();
     bake(&broken, Vec3::splat(50.0), &texture, &exemplar, &params).unwrap();
     assert!(bake(&lumpy_ball(5, 1.0), Vec3::ZERO, &texture, &exemplar, &params).is_err());
     let size = BakeParams { texture_size: PowerOfTwo(100), ..params };
     assert!(matches!(bake(&broken, Vec3::ZERO, &texture, &exemplar, &size), Err(Error::Parameter { .. })));
     broken.quads.push([0, 1, 2, 999]);
-    assert!(matches!(synthesize(&broken, &exemplar, 5.0, None, &synth, Seed(1)), Err(Error::Untexturable { .. })));
+    assert!(matches!(synthesize(&broken, &exemplar, 5.0, &[], &synth, Seed(1)), Err(Error::Untexturable { .. })));
 }

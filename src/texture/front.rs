@@ -1,8 +1,8 @@
-//! The photograph as a texture: what the polygons that faced the camera show, and how its brightness runs on round the crown.
+//! Photographs as textures: what the polygons that faced a camera show, and how its brightness runs on round the crown.
 //!
 //! Ours (She textures every polygon from the sample): with `--front photo` the tree on the map is recognisably the tree in the picture.
 
-use glam::{DVec2, Vec3, Vec4};
+use glam::{DVec2, Vec2, Vec3, Vec4};
 use image::RgbImage;
 
 use super::SynthParams;
@@ -14,7 +14,7 @@ use crate::photo::delight::{ReducedCrown, Shading, foliage_at};
 use crate::photo::exemplar::encoded_mean;
 use crate::raster::{Layer, Mask};
 
-/// The photograph of the crown's front, and where object space lies in it: parallel projection along −Z.
+/// A photograph of the crown, and where object space lies in it: parallel projection.
 #[derive(Debug, Clone, Copy)]
 pub struct Front<'a> {
     /// 8-bit sRGB.
@@ -27,6 +27,10 @@ pub struct Front<'a> {
     pub metres_per_px: f64,
     /// Where the origin of object space lies, pixels.
     pub foot_px: DVec2,
+    /// What the photographer had on the right, above and before him: unit vectors of object space, the last towards him.
+    pub axes: [Vec3; 3],
+    /// Encoded sRGB that its foliage is brought to on average, so that photographs of another exposure agree; `None` for its own.
+    pub mean: Option<Vec3>,
     /// The part of the photograph's shading to take out, as for the exemplar, so that front and back agree.
     pub delight: f64,
 }
@@ -43,6 +47,13 @@ pub(super) struct FrontLayer {
     texels_per_px: f64,
     foot_px: DVec2,
     metres_per_px: f64,
+    axes: [Vec3; 3],
+}
+
+/// The fronts of one crown.
+#[derive(Default)]
+pub(super) struct Fronts {
+    layers: Vec<FrontLayer>,
 }
 
 impl FrontLayer {
@@ -82,14 +93,15 @@ impl FrontLayer {
         }
         let usable = Layer { texels: deep.texels.iter().map(|t| Vec4::splat(f32::from(t.w > 0.9))).collect(), ..deep };
         // Taking the shading out in linear light brightens the encoded mean; the exemplar has the photograph's, and so has the front.
-        if let Some(mean) = encoded_mean(front.image, crown, gaps) {
+        if let Some(mean) = front.mean.or_else(|| encoded_mean(front.image, crown, gaps)) {
             let weights: Vec<f32> = layer.texels.iter().zip(&usable.texels).map(|(t, u)| t.w * u.w).collect();
             layer.shift_mean(&weights, mean);
         }
         let seen = layer.texels.iter().zip(&usable.texels).map(|(t, u)| t.truncate().extend(t.w * u.w));
         let grain = Grain::of(&Layer { width, height, texels: seen.collect() });
         let layer = layer.sharpened(SHARPENING);
-        Some(Self { layer, grain, usable, origin_px, texels_per_px, foot_px: front.foot_px, metres_per_px: front.metres_per_px })
+        let Front { foot_px, metres_per_px, axes, .. } = *front;
+        Some(Self { layer, grain, usable, origin_px, texels_per_px, foot_px, metres_per_px, axes })
     }
 
     /// Mean colour step in the photograph between places that are so far apart in it.
@@ -98,7 +110,8 @@ impl FrontLayer {
     }
 
     fn texel(&self, p: Vec3) -> (f32, f32) {
-        let px = self.foot_px + DVec2::new(f64::from(p.x), -f64::from(p.y)) / self.metres_per_px;
+        let [right, up, _] = self.axes;
+        let px = self.foot_px + DVec2::new(f64::from(p.dot(right)), -f64::from(p.dot(up))) / self.metres_per_px;
         let at = (px - self.origin_px) * self.texels_per_px;
         (at.x as f32, at.y as f32)
     }
@@ -118,25 +131,58 @@ impl FrontLayer {
             && self.usable.texels[y as usize * self.usable.width + x as usize].w > 0.5
     }
 
-    /// Which polygons take their texture from the photograph: those whose smoothed normal faces the camera and whose corners and middle
-    /// it shows.
-    pub(super) fn polygons(&self, mesh: &PolyMesh, flat: &FlatMesh, params: &SynthParams) -> Vec<bool> {
-        let normals = smoothed_normals(flat);
-        let least = (params.front_angle_deg as f32).to_radians().cos();
-        mesh.polygons()
-            .enumerate()
-            .map(|(p, polygon)| {
-                let corners = || polygon.iter().map(|&v| mesh.positions[v as usize]);
-                let middle = corners().sum::<Vec3>() / polygon.len() as f32;
-                normals[p].z > least && flat.flats[p].normal.z > 0.75 * least && corners().chain([middle]).all(|c| self.shows(c))
-            })
-            .collect()
+    /// A step on the surface as the photographer saw it, metres.
+    pub(super) fn seen(&self, step: Vec3) -> f32 {
+        Vec2::new(step.dot(self.axes[0]), step.dot(self.axes[1])).length()
     }
 
-    /// Per polygon and channel, how much brighter than `mean` the texture is: known where the photograph is used, and running on from
-    /// there over the neighbours, fading to 1, so that no band shows where the photograph ends.
-    pub(super) fn gains(&self, mesh: &PolyMesh, flat: &FlatMesh, facing: &[bool], mean: Vec3) -> Vec<Vec3> {
-        let local = |(p, polygon): (usize, &[u32])| if facing[p] { self.log_gain(mesh, polygon, mean) } else { Vec3::ZERO };
+    /// Logarithm of what the photograph shows of a polygon over `mean`, bounded to 0.4..=2.5.
+    fn log_gain(&self, mesh: &PolyMesh, polygon: &[u32], mean: Vec3) -> Vec3 {
+        let corners = polygon.iter().map(|&v| mesh.positions[v as usize]);
+        let middle = corners.clone().sum::<Vec3>() / polygon.len() as f32;
+        let sum: Vec4 = corners.chain([middle]).map(|c| self.sample(c)).map(|t| (t.w * t.truncate()).extend(t.w)).sum();
+        let local = if sum.w > 0.1 { sum.truncate() / sum.w } else { mean };
+        (local.max(Vec3::ONE) / mean.max(Vec3::ONE)).clamp(Vec3::splat(0.4), Vec3::splat(2.5)).map(f32::ln)
+    }
+}
+
+impl Fronts {
+    pub(super) fn of(fronts: &[Front], texels_per_m: f64) -> Self {
+        Self { layers: fronts.iter().filter_map(|front| FrontLayer::of(front, texels_per_m)).collect() }
+    }
+
+    pub(super) fn get(&self, number: u8) -> Option<&FrontLayer> {
+        self.layers.get(usize::from(number))
+    }
+
+    /// Which photograph each polygon takes its texture from: of those to which its smoothed normal turns and that show its corners and
+    /// middle, the one that it faces most.
+    pub(super) fn polygons(&self, mesh: &PolyMesh, flat: &FlatMesh, params: &SynthParams) -> Vec<Option<u8>> {
+        let normals = if self.layers.is_empty() { vec![] } else { smoothed_normals(flat) };
+        let least = (params.front_angle_deg as f32).to_radians().cos();
+        let front = |(p, polygon): (usize, &[u32])| {
+            let corners = || polygon.iter().map(|&v| mesh.positions[v as usize]);
+            let middle = corners().sum::<Vec3>() / polygon.len() as f32;
+            let faced = (0..).zip(&self.layers).filter_map(|(number, front)| {
+                let toward = normals[p].dot(front.axes[2]);
+                let faces = toward > least && flat.flats[p].normal.dot(front.axes[2]) > 0.75 * least;
+                (faces && corners().chain([middle]).all(|c| front.shows(c))).then_some((number, toward))
+            });
+            faced.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|best| best.0)
+        };
+        mesh.polygons().enumerate().map(front).collect()
+    }
+
+    /// Per polygon and channel, how much brighter than `mean` the texture is: known where a photograph is used, and running on from
+    /// there over the neighbours, fading to 1, so that no band shows where the photographs end.
+    pub(super) fn gains(&self, mesh: &PolyMesh, flat: &FlatMesh, facing: &[Option<u8>], mean: Vec3) -> Vec<Vec3> {
+        if self.layers.is_empty() {
+            return vec![Vec3::ONE; flat.flats.len()];
+        }
+        let local = |(p, polygon): (usize, &[u32])| {
+            facing[p].and_then(|number| self.get(number)).map_or(Vec3::ZERO, |front| front.log_gain(mesh, polygon, mean))
+        };
+        let facing: Vec<bool> = facing.iter().map(Option::is_some).collect();
         let mut log: Vec<Vec3> = mesh.polygons().enumerate().map(local).collect();
         // Rounds that reach about a third of the way round; the photograph's own polygons are only smoothed.
         let rounds = (1.2 * (log.len() as f32).sqrt()) as usize;
@@ -153,15 +199,6 @@ impl FrontLayer {
             log = (0..log.len()).map(next).collect();
         }
         log.iter().map(|l| l.map(f32::exp)).collect()
-    }
-
-    /// Logarithm of what the photograph shows of a polygon over `mean`, bounded to 0.4..=2.5.
-    fn log_gain(&self, mesh: &PolyMesh, polygon: &[u32], mean: Vec3) -> Vec3 {
-        let corners = polygon.iter().map(|&v| mesh.positions[v as usize]);
-        let middle = corners.clone().sum::<Vec3>() / polygon.len() as f32;
-        let sum: Vec4 = corners.chain([middle]).map(|c| self.sample(c)).map(|t| (t.w * t.truncate()).extend(t.w)).sum();
-        let local = if sum.w > 0.1 { sum.truncate() / sum.w } else { mean };
-        (local.max(Vec3::ONE) / mean.max(Vec3::ONE)).clamp(Vec3::splat(0.4), Vec3::splat(2.5)).map(f32::ln)
     }
 }
 

@@ -7,7 +7,7 @@ use glam::{Affine2, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::flat::{Flat, FlatMesh};
-use super::front::{Front, FrontLayer};
+use super::front::{Front, Fronts};
 use super::matching::{ALPHA, Matcher, Sample, upright};
 use crate::geom::PolyMesh;
 use crate::photo::Exemplar;
@@ -39,10 +39,20 @@ crate::params! {
 /// Where a polygon's block lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BlockSource {
-    /// In the photograph (parallel projection), `--front photo`.
-    Front,
+    /// In a photograph (parallel projection), `--front photo`: its number.
+    Front(u8),
     /// In the exemplar.
     Exemplar,
+}
+
+impl BlockSource {
+    /// Which photograph.
+    pub fn front(self) -> Option<u8> {
+        match self {
+            Self::Front(number) => Some(number),
+            Self::Exemplar => None,
+        }
+    }
 }
 
 /// One polygon's part of the virtual texture.
@@ -82,7 +92,7 @@ pub struct VirtualTexture {
     /// How they came about.
     pub counts: Counts,
     pub(super) flat: FlatMesh,
-    pub(super) front: Option<FrontLayer>,
+    pub(super) fronts: Fronts,
     /// Brightness of each polygon against the exemplar's mean.
     pub(super) gains: Vec<Vec3>,
 }
@@ -94,7 +104,7 @@ const ASIDE: f32 = 1.0;
 /// Grows the texture over `mesh`.
 ///
 /// `texels_per_m` is the exemplar's own density: its scale (texels per pixel) over the photograph's metres per pixel.
-/// `front` is used when `params.front` says so. Same mesh, exemplar and seed give the same blocks.
+/// `fronts`, at most 255 of them, are used when `params.front` says so. Same mesh, exemplar and seed give the same blocks.
 ///
 /// # Errors
 /// [`Error::Untexturable`] for a mesh without area or with broken polygons, [`Error::Exemplar`] for an empty exemplar,
@@ -103,7 +113,7 @@ pub fn synthesize(
     mesh: &PolyMesh,
     exemplar: &Exemplar,
     texels_per_m: f64,
-    front: Option<&Front>,
+    fronts: &[Front],
     params: &SynthParams,
     seed: Seed,
 ) -> Result<VirtualTexture> {
@@ -116,19 +126,17 @@ pub fn synthesize(
     }
     let flat = FlatMesh::of(mesh)?;
     let layer = Layer::from(exemplar);
-    let front = front.filter(|_| params.front == FrontChoice::Photo).and_then(|f| FrontLayer::of(f, texels_per_m));
-    let facing = front.as_ref().map_or_else(|| vec![false; flat.flats.len()], |f| f.polygons(mesh, &flat, params));
-    let gains = match &front {
-        Some(f) => f.gains(mesh, &flat, &facing, mean_color(&layer)),
-        None => vec![Vec3::ONE; flat.flats.len()],
-    };
+    let used = if params.front == FrontChoice::Photo { fronts } else { &[] };
+    let fronts = Fronts::of(&used[..used.len().min(255)], texels_per_m);
+    let facing = fronts.polygons(mesh, &flat, params);
+    let gains = fronts.gains(mesh, &flat, &facing, mean_color(&layer));
     let density = texels_per_m as f32;
     let reach = flat.flats.iter().flat_map(|f| f.corners().iter().map(|c| c.distance(f.middle()))).fold(0.0, f32::max) * density;
     let matcher = Matcher::new(&layer, reach + SPACING + ASIDE, exemplar.gap_fraction as f32);
-    let mut grower = Grower { flat: &flat, layer: &layer, front: front.as_ref(), gains: &gains, matcher, density, params, seed };
+    let mut grower = Grower { flat: &flat, layer: &layer, fronts: &fronts, gains: &gains, matcher, density, params, seed };
     // Inside the pool from the start: the many short waves must not each wake it.
     let (blocks, counts) = rayon::scope(|_| grower.grow(&facing));
-    Ok(VirtualTexture { texels_per_m, blocks, counts, flat, front, gains })
+    Ok(VirtualTexture { texels_per_m, blocks, counts, flat, fronts, gains })
 }
 
 /// Mean of the opaque texels, encoded sRGB 0..=255.
@@ -140,7 +148,7 @@ pub(super) fn mean_color(layer: &Layer) -> Vec3 {
 struct Grower<'a> {
     flat: &'a FlatMesh,
     layer: &'a Layer,
-    front: Option<&'a FrontLayer>,
+    fronts: &'a Fronts,
     gains: &'a [Vec3],
     matcher: Matcher,
     density: f32,
@@ -160,14 +168,15 @@ enum How {
 const AT_ONCE: usize = 32;
 
 impl Grower<'_> {
-    fn grow(&mut self, facing: &[bool]) -> (Vec<Block>, Counts) {
+    fn grow(&mut self, facing: &[Option<u8>]) -> (Vec<Block>, Counts) {
         let n = self.flat.flats.len();
         let mut blocks: Vec<Option<Block>> = vec![None; n];
-        let mut counts = Counts { front: facing.iter().filter(|f| **f).count(), ..Counts::default() };
-        for (block, _) in blocks.iter_mut().zip(facing).filter(|b| *b.1) {
-            *block = Some(Block { source: BlockSource::Front, corners: [Vec2::ZERO; 4], cv: 0, map: Affine2::IDENTITY });
+        let mut counts = Counts { front: facing.iter().flatten().count(), ..Counts::default() };
+        for (block, number) in blocks.iter_mut().zip(facing).filter_map(|(block, number)| Some((block, (*number)?))) {
+            *block = Some(Block { source: BlockSource::Front(number), corners: [Vec2::ZERO; 4], cv: 0, map: Affine2::IDENTITY });
         }
-        for wave in self.waves(facing) {
+        let facing: Vec<bool> = facing.iter().map(Option::is_some).collect();
+        for wave in self.waves(&facing) {
             for together in wave.chunks(AT_ONCE) {
                 let placed: Vec<(Block, How)> = together.par_iter().map(|&p| self.place(p, &blocks)).collect();
                 for (&p, (block, how)) in together.iter().zip(placed) {
@@ -278,8 +287,9 @@ impl Grower<'_> {
         let n = ((length / SPACING).ceil() as usize).clamp(1, 12);
         let inward = (b - a).normalize_or(Vec2::X).perp() * (ASIDE / self.density);
         let neighbor = self.flat.hinges[p][k].map_or(p, |h| h.polygon);
-        let shown = |at: Vec2| match (block.source, self.front) {
-            (BlockSource::Front, Some(front)) => {
+        let front = block.source.front().and_then(|number| self.fronts.get(number));
+        let shown = |at: Vec2| match front {
+            Some(front) => {
                 let t = front.sample(flat.lift(at));
                 (t.truncate() / self.gains[neighbor]).extend(t.w)
             }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::raster::Mask;
+use crate::raster::{Mask, View};
 use crate::texture::test_shapes::{leafy, lumpy_ball};
 use glam::DVec2;
 use image::{Rgb, RgbImage};
@@ -15,7 +15,7 @@ fn total(c: &Counts) -> usize {
 #[test]
 fn every_polygon_gets_a_block_of_its_own_size_inside_the_exemplar() {
     let (mesh, exemplar) = (lumpy_ball(16, 1.2), leafy(64));
-    let texture = synthesize(&mesh, &exemplar, 20.0, None, &paper(), Seed(1)).unwrap();
+    let texture = synthesize(&mesh, &exemplar, 20.0, &[], &paper(), Seed(1)).unwrap();
     assert_eq!(total(&texture.counts), mesh.polygon_count());
     assert_eq!(texture.counts.started, 1);
     assert!(texture.counts.extended > 0 && texture.counts.matched[0] > 0);
@@ -32,7 +32,7 @@ fn every_polygon_gets_a_block_of_its_own_size_inside_the_exemplar() {
 #[test]
 fn an_extension_shares_the_texels_of_its_edge() {
     let mesh = lumpy_ball(16, 1.2);
-    let texture = synthesize(&mesh, &leafy(96), 20.0, None, &paper(), Seed(1)).unwrap();
+    let texture = synthesize(&mesh, &leafy(96), 20.0, &[], &paper(), Seed(1)).unwrap();
     let mut found = 0;
     for (p, block) in texture.blocks.iter().enumerate().filter(|b| b.1.cv == 1) {
         found += usize::from((0..texture.flat.flats[p].count).any(|k| {
@@ -50,7 +50,7 @@ fn an_extension_shares_the_texels_of_its_edge() {
 #[test]
 fn blocks_stay_upright() {
     let params = paper();
-    let texture = synthesize(&lumpy_ball(16, 1.2), &leafy(96), 20.0, None, &params, Seed(1)).unwrap();
+    let texture = synthesize(&lumpy_ball(16, 1.2), &leafy(96), 20.0, &[], &params, Seed(1)).unwrap();
     let limit = (params.block_lean_deg as f32).to_radians().cos() - 1e-4;
     for (flat, block) in texture.flat.flats.iter().zip(&texture.blocks) {
         if let Some(up) = flat.up {
@@ -64,7 +64,7 @@ fn blocks_stay_upright() {
 fn matching_agrees_better_with_its_neighbours_than_chance() {
     let (mesh, exemplar) = (lumpy_ball(16, 1.2), leafy(96));
     let layer = Layer::from(&exemplar);
-    let texture = synthesize(&mesh, &exemplar, 20.0, None, &paper(), Seed(1)).unwrap();
+    let texture = synthesize(&mesh, &exemplar, 20.0, &[], &paper(), Seed(1)).unwrap();
     let step = |shift: f32| {
         let mut sum = 0.0;
         for (p, block) in texture.blocks.iter().enumerate() {
@@ -86,7 +86,7 @@ fn matching_agrees_better_with_its_neighbours_than_chance() {
 fn the_seed_decides_and_nothing_else() {
     let (mesh, exemplar) = (lumpy_ball(10, 1.0), leafy(48));
     let blocks = |seed| {
-        synthesize(&mesh, &exemplar, 15.0, None, &paper(), Seed(seed)).unwrap().blocks.iter().map(|b| b.corners).collect::<Vec<_>>()
+        synthesize(&mesh, &exemplar, 15.0, &[], &paper(), Seed(seed)).unwrap().blocks.iter().map(|b| b.corners).collect::<Vec<_>>()
     };
     assert_eq!(blocks(1), blocks(1));
     assert_ne!(blocks(1), blocks(2));
@@ -102,13 +102,21 @@ fn portrait() -> (RgbImage, Mask, Mask) {
 #[test]
 fn the_front_shows_the_photograph_and_its_colours_run_on_round_the_crown() {
     let (image, crown, gaps) = portrait();
-    let front =
-        Front { image: &image, crown: &crown, gaps: &gaps, metres_per_px: 0.01, foot_px: DVec2::new(150.0, 400.0), delight: 0.0 };
+    let front = Front {
+        image: &image,
+        crown: &crown,
+        gaps: &gaps,
+        metres_per_px: 0.01,
+        foot_px: DVec2::new(150.0, 400.0),
+        axes: View::axes_from(0.0, 0.0),
+        mean: None,
+        delight: 0.0,
+    };
     let mesh = lumpy_ball(20, 1.0);
-    let texture = synthesize(&mesh, &leafy(64), 30.0, Some(&front), &SynthParams::default(), Seed(1)).unwrap();
+    let texture = synthesize(&mesh, &leafy(64), 30.0, &[front], &SynthParams::default(), Seed(1)).unwrap();
     assert_eq!(total(&texture.counts), mesh.polygon_count());
     assert!((0.1..0.5).contains(&(texture.counts.front as f64 / mesh.polygon_count() as f64)), "{:?}", texture.counts);
-    let layer = texture.front.as_ref().unwrap();
+    let layer = texture.fronts.get(0).unwrap();
     let (left, right) = (layer.sample(Vec3::new(-0.5, 2.5, 0.8)), layer.sample(Vec3::new(0.5, 2.5, 0.8)));
     assert!(
         (left.truncate() - Vec3::new(200.0, 40.0, 40.0)).length() < 3.0
@@ -116,7 +124,7 @@ fn the_front_shows_the_photograph_and_its_colours_run_on_round_the_crown() {
     );
     for (p, block) in texture.blocks.iter().enumerate() {
         let flat = &texture.flat.flats[p];
-        if block.source == BlockSource::Front {
+        if block.source == BlockSource::Front(0) {
             assert!(flat.normal.z > 0.3 && flat.lift(flat.middle()).z > 0.0, "only what faced the camera");
         }
     }
@@ -138,8 +146,16 @@ fn the_front_shows_the_photograph_and_its_colours_run_on_round_the_crown() {
 #[test]
 fn a_front_that_says_nothing_is_left_out() {
     let (image, crown, gaps) = portrait();
-    let front =
-        Front { image: &image, crown: &crown, gaps: &gaps, metres_per_px: 0.01, foot_px: DVec2::new(150.0, 400.0), delight: 0.5 };
+    let front = Front {
+        image: &image,
+        crown: &crown,
+        gaps: &gaps,
+        metres_per_px: 0.01,
+        foot_px: DVec2::new(150.0, 400.0),
+        axes: View::axes_from(0.0, 0.0),
+        mean: None,
+        delight: 0.5,
+    };
     let none = Mask::new(300, 400);
     for broken in [
         Front { crown: &none, ..front },
@@ -149,7 +165,7 @@ fn a_front_that_says_nothing_is_left_out() {
         Front { foot_px: DVec2::new(9e9, 0.0), ..front },
         Front { crown: &Mask::new(3, 3), ..front },
     ] {
-        let texture = synthesize(&lumpy_ball(6, 1.0), &leafy(32), 10.0, Some(&broken), &SynthParams::default(), Seed(1)).unwrap();
+        let texture = synthesize(&lumpy_ball(6, 1.0), &leafy(32), 10.0, &[broken], &SynthParams::default(), Seed(1)).unwrap();
         assert_eq!(texture.counts.front, 0);
     }
 }

@@ -14,8 +14,8 @@ use winit::window::{Window, WindowId};
 use super::state::{Request, State};
 use super::{keys, overlay};
 use crate::cli::look::Look;
+use crate::cli::say;
 use crate::cli::subject::Subject;
-use crate::cli::{render, say};
 use crate::geom::Bounds;
 use crate::gpu::layout::Instance;
 use crate::raster::png;
@@ -92,9 +92,8 @@ impl App {
         let window = Arc::new(window);
         let renderer = self.look.renderer()?;
         let pane = Pane::new(&renderer, window.clone(), window.inner_size().into())?;
-        let distance_m = self.state.distance_m();
         let upload = |(tree, at): (&Subject, Vec3)| {
-            Ok((render::upload(&renderer, &tree.built, distance_m)?, Instance { position: at.to_array(), ..Instance::IDENTITY }))
+            Ok((renderer.upload_built(&tree.built)?, Instance { position: at.to_array(), ..Instance::IDENTITY }))
         };
         let placed = self.trees.iter().zip(places(&self.trees)).map(upload).collect::<Result<_>>()?;
         Ok(Open { window, renderer, pane, placed, frame_ms: 0.0 })

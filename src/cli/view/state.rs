@@ -127,11 +127,6 @@ impl State {
         };
     }
 
-    /// How far the viewer stands from the middle of what is shown, metres.
-    pub fn distance_m(&self) -> f32 {
-        self.orbit.distance_m
-    }
-
     fn camera(&self) -> Camera {
         match &self.walker {
             Some(w) => {
