@@ -538,7 +538,9 @@ pub enum Error {
 
     // ---- what building may take (`repr::limits`)
     /// The pictures of a built tree take more than was allowed.
-    #[error("the pictures that {method} makes take {found_mb:.1} MB with their smaller sizes, but the budget is {budget_mb} MB; {remedy}")]
+    #[error(
+        "the pictures that {method} makes take {found_mb:.1} MB with their smaller sizes, but the budget is {budget_mb} MB; {remedy}"
+    )]
     TextureBudget {
         /// The method.
         method: String,
@@ -565,7 +567,9 @@ pub enum Error {
     },
     // ---- Streams of boxes: repr/box_hierarchy ----
     /// A folder that holds no stream of boxes, or a damaged one.
-    #[error("expected a stream of boxes, but its {file} {what}; write it again with `sphereboard bake --method box-hierarchy --stream`")]
+    #[error(
+        "expected a stream of boxes, but its {file} {what}; write it again with `sphereboard bake --method box-hierarchy --stream`"
+    )]
     BrokenBoxStream {
         /// Which of its files.
         file: String,

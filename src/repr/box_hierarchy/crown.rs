@@ -61,7 +61,6 @@ pub struct BoxCard {
     pub uvs: [Vec2; 2],
 }
 
-
 impl LeafBox {
     /// Its extent.
     pub fn bounds(&self) -> Bounds {

@@ -196,7 +196,8 @@ fn every_leaf_shows_just_once_from_everywhere() {
     for eye in eyes(&crown) {
         let counts = showing(&crown, &parts, eye);
         assert!(counts.iter().all(|count| *count == 1), "from {eye}: {counts:?}");
-        let shown = |name: &str| parts.iter().any(|p| p.part.name.starts_with(name) && p.seen.share_from(eye, crown.height_m) == 1.0);
+        let shown =
+            |name: &str| parts.iter().any(|p| p.part.name.starts_with(name) && p.seen.share_from(eye, crown.height_m) == 1.0);
         mixed += usize::from(shown("leaves") && shown("box"));
     }
     assert!(mixed > 10, "near boxes show leaves while far ones show pictures (fig. 8)");
@@ -332,7 +333,9 @@ fn damaged_streams_are_refused() {
         assert!(error.contains(&files[number].0), "{error}");
     }
     let index = String::from_utf8(files[0].1.clone()).unwrap();
-    for (what, with) in [("\"parent\":0", "\"parent\":77"), ("\"depth\":1", "\"depth\":3"), ("\"format\":1", "\"format\":9"), ("{", "[")] {
+    for (what, with) in
+        [("\"parent\":0", "\"parent\":77"), ("\"depth\":1", "\"depth\":3"), ("\"format\":1", "\"format\":9"), ("{", "[")]
+    {
         assert!(index.contains(what));
         let mut damaged = files.clone();
         damaged[0].1 = index.replacen(what, with, 1).into_bytes();
@@ -359,7 +362,8 @@ fn one_leaf_is_a_box_and_none_is_refused() {
     let bare = TreeSource::reference(tufted(2, 0));
     assert!(BoxHierarchy.refuses(&bare).is_some());
     let settings = Settings::default();
-    let job = Job { source: &bare, scope: Scope::Foliage, settings: &settings, seed: Seed(1), capture: &SoftwareCapture::default() };
+    let job =
+        Job { source: &bare, scope: Scope::Foliage, settings: &settings, seed: Seed(1), capture: &SoftwareCapture::default() };
     assert!(matches!(BoxHierarchy.build(&job), Err(Error::NotApplicable { .. })));
 }
 
@@ -383,7 +387,11 @@ fn figures() {
     let begun = std::time::Instant::now();
     let Stream(files) = stream_of(&crown);
     println!("stream in {:.2} s: {:?}", begun.elapsed().as_secs_f32(), files.iter().map(|(n, b)| (n, b.len())).collect::<Vec<_>>());
-    println!("colours: {} bytes in {} texels", stream_of(&crown).color_bytes(), crown.atlases.iter().map(|a| a.color.pixels().len()).sum::<usize>());
+    println!(
+        "colours: {} bytes in {} texels",
+        stream_of(&crown).color_bytes(),
+        crown.atlases.iter().map(|a| a.color.pixels().len()).sum::<usize>()
+    );
     let built = BoxHierarchy.build(&job).unwrap();
     for (level, stats) in crate::repr::Stats::of_levels(&built) {
         println!("{level}: {stats:?}");

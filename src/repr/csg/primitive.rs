@@ -72,9 +72,8 @@ impl Primitive {
             Shape::Cylinder => vec![DVec2::new(1.0, -1.0), DVec2::new(1.0, 1.0)],
             Shape::Cone => vec![DVec2::new(1.0, -1.0)],
         };
-        let at = |across: f64, up: f64, angle: f64| {
-            self.center + self.half * DVec3::new(across * angle.sin(), up, across * angle.cos())
-        };
+        let at =
+            |across: f64, up: f64, angle: f64| self.center + self.half * DVec3::new(across * angle.sin(), up, across * angle.cos());
         let mut solid = Solid { positions: vec![at(0.0, -1.0, 0.0), at(0.0, 1.0, 0.0)], triangles: vec![] };
         for row in &rows {
             solid.positions.extend((0..columns).map(|k| at(row.x, row.y, turn + TAU * k as f64 / columns as f64)));

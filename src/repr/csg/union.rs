@@ -116,7 +116,14 @@ impl Cuts {
     }
 
     /// The edges of triangle `s` of one surface that pass through triangle `t` of the other.
-    fn through(&mut self, names: &mut BTreeMap<Name, usize>, side: usize, one: (&Solid, usize), other: (&Solid, usize), met: &mut Vec<usize>) {
+    fn through(
+        &mut self,
+        names: &mut BTreeMap<Name, usize>,
+        side: usize,
+        one: (&Solid, usize),
+        other: (&Solid, usize),
+        met: &mut Vec<usize>,
+    ) {
         let ((one, s), (other, t)) = (one, other);
         let corners = other.triangles[t];
         for k in 0..3 {
@@ -199,7 +206,9 @@ fn divided(corners: [usize; 3], cut: &Cut, positions: &[DVec3]) -> Vec<[usize; 3
     for k in 0..3 {
         let (from, to) = (corners[k], corners[(k + 1) % 3]);
         let mut chain: Vec<usize> = cut.on_edge.iter().filter(|(_, edge)| **edge == k).map(|(v, _)| *v).collect();
-        chain.sort_by(|p, q| positions[*p].distance_squared(positions[from]).total_cmp(&positions[*q].distance_squared(positions[from])));
+        chain.sort_by(|p, q| {
+            positions[*p].distance_squared(positions[from]).total_cmp(&positions[*q].distance_squared(positions[from]))
+        });
         chain.push(to);
         let mut last = from;
         for v in chain {

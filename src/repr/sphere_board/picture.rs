@@ -51,7 +51,12 @@ impl Stand {
 }
 
 /// Takes `parts` from each stand at one scale; `None` where nothing is seen of them.
-pub(in crate::repr) fn taken(capture: &dyn Capture, parts: &[Part], stands: &[Stand], scale: Scale) -> Result<Vec<Option<Picture>>> {
+pub(in crate::repr) fn taken(
+    capture: &dyn Capture,
+    parts: &[Part],
+    stands: &[Stand],
+    scale: Scale,
+) -> Result<Vec<Option<Picture>>> {
     let parts: Vec<&Part> = parts.iter().collect();
     let corners = || parts.iter().flat_map(|part| used_corners(part));
     let mut views = Vec::new();

@@ -94,7 +94,10 @@ fn parted(job: &Job, foliage: Vec<Part>, params: &SphereBoardParams, scale: Scal
         let of_all = area_px / *whole_px.get_or_insert(area_px);
         let usual = CrownParams::default();
         let min_lobe = (usual.min_lobe / of_all.max(1e-3)).min(0.5);
-        let lobes = crown::hulls(&[picture.outline()?], &CrownParams { max_crowns: room.min(50) as u32, min_lobe, lobe_split: params.lobe_split, ..usual })?;
+        let lobes = crown::hulls(
+            &[picture.outline()?],
+            &CrownParams { max_crowns: room.min(50) as u32, min_lobe, lobe_split: params.lobe_split, ..usual },
+        )?;
         let next = (side + 1) % sides.len();
         if lobes.len() < 2 {
             open.push_back((parts, next, times_whole + 1));
