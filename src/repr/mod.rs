@@ -30,6 +30,7 @@ mod sphere_board;
 mod stats;
 #[cfg(test)]
 mod trial;
+pub mod vdf;
 
 use std::time::Instant;
 
@@ -58,6 +59,7 @@ pub const METHODS: &[&dyn Representation] = &[
     &lodf::Lodf,
     &multichain::Multichain,
     &lodstrips::LodstripsWood,
+    &vdf::Vdf,
 ];
 
 /// How much of a tree a method builds.
