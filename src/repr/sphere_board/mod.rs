@@ -17,7 +17,7 @@ use crate::photo::{Exemplar, ExemplarParams, Roughness, exemplar};
 use crate::texture::{self, BakeParams, SynthParams, texels_per_m};
 use crate::{Result, model::pipeline};
 
-use super::{BuiltPart, BuiltTree, Job, Representation, Scope, SourceKind, TreeSource};
+use super::{BuiltTree, Job, Representation, Scope, SourceKind, TreeSource};
 use subject::{Cluster, Subject};
 
 crate::choices! {
@@ -150,11 +150,6 @@ impl Cluster {
         let params = ExemplarParams { delight: 0.0, ..ExemplarParams::default() };
         exemplar::choose(&first.photo, &first.crown, &first.gaps, texels_per_m * first.metres_per_px, &params)
     }
-}
-
-/// A part of a built tree that stands still.
-fn still(part: Part) -> BuiltPart {
-    BuiltPart::still(part)
 }
 
 #[cfg(test)]

@@ -199,15 +199,10 @@ fn trunk(job: &Job, clusters: &[Cluster], bounds: Bounds, scale: Scale) -> Resul
             TrunkShape::guessed(Vec3::new(0.0, base, 0.0), center, f64::from(bounds.max.y))
         }
     };
-    // Where it enters the crown is better known from the wood than from one side.
-    let reach = 0.02 * bounds.max.y;
-    let there = job.source.points(Scope::Wood).filter(|p| (p.y - shape.neck.y).abs() < reach);
-    let (sum, count) = there.fold((Vec3::ZERO, 0.0), |(sum, count), p| (sum + p, count + 1.0));
-    if count > 0.0 {
-        (shape.neck.x, shape.neck.z) = (sum.x / count, sum.z / count);
-    }
-    // Bare between clusters, it is seen up to the largest.
-    shape.tip = if clusters.len() > 1 { center } else { shape.neck.midpoint(center) };
+    // Where it stands in depth is known from the wood alone. Bare between clusters, it is seen up to the largest.
+    let course = course(job, bounds, shape.width_m);
+    shape.neck = course(shape.neck.y);
+    shape.tip = if clusters.len() > 1 { course(center.y) } else { shape.neck.midpoint(center) };
     let [r, g, b, _] = bark(job);
     shape.bark = [r, g, b].map(to_srgb);
     let mut part = shape.build().part();
@@ -221,6 +216,28 @@ fn trunk(job: &Job, clusters: &[Cluster], bounds: Bounds, scale: Scale) -> Resul
         part.surface.append(limb(neck.lerp(tip, share), end, [thick, 0.4 * thick]));
     }
     Ok(Some(part))
+}
+
+/// Slabs in which the trunk is followed upwards.
+const SLABS: usize = 60;
+
+/// Where the trunk is at a height: its wood is followed up from the foot, slab by slab.
+fn course(job: &Job, bounds: Bounds, width_m: f32) -> impl Fn(f32) -> Vec3 {
+    let slab_m = (bounds.max.y / SLABS as f32).max(1e-6);
+    let slab_of = move |y: f32| ((y / slab_m).max(0.0) as usize).min(SLABS - 1);
+    let mut slabs = vec![Vec::new(); SLABS];
+    job.source.points(Scope::Wood).for_each(|p| slabs[slab_of(p.y)].push(p));
+    let mut at = Vec3::ZERO;
+    let mut places = Vec::new();
+    for slab in &slabs {
+        let near = slab.iter().filter(|p| Vec3::new(p.x - at.x, 0.0, p.z - at.z).length() < width_m);
+        let (sum, count) = near.fold((Vec3::ZERO, 0.0), |(sum, count), p| (sum + *p, count + 1.0));
+        // A branch that leaves it pulls it aside: it does not turn so quickly.
+        let wanted = if count > 0.0 { sum / count } else { at };
+        at = at.lerp(wanted, 0.6);
+        places.push(Vec3::new(at.x, 0.0, at.z));
+    }
+    move |y| places[slab_of(y)] + y * Vec3::Y
 }
 
 /// How much a limb rises over its run, and how thick it is at the trunk, of the trunk's width.
