@@ -95,7 +95,8 @@ impl Fit<'_> {
     fn refined(&self, start: Primitive, steps: &[f64], exchange: bool) -> (f64, Primitive) {
         let mut best = (self.agreement(Some(&start)), start);
         if exchange {
-            let others = self.kinds.iter().filter(|kind| **kind != start.shape).map(|kind| self.refined(start.with(*kind), steps, false));
+            let others =
+                self.kinds.iter().filter(|kind| **kind != start.shape).map(|kind| self.refined(start.with(*kind), steps, false));
             best = others.fold(self.refined(start, steps, false), |a, b| if b.0 > a.0 + 1e-9 { b } else { a });
             return best;
         }

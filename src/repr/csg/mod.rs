@@ -101,7 +101,8 @@ impl Tree {
             let corners = polygon.iter().map(|&v| part.surface.mesh.positions[v as usize].as_dvec3());
             corners.sum::<DVec3>() / polygon.len() as f64
         };
-        let points = foliage.iter().flat_map(|part| part.surface.mesh.polygons().map(move |polygon| middle(part, polygon))).collect();
+        let points =
+            foliage.iter().flat_map(|part| part.surface.mesh.polygons().map(move |polygon| middle(part, polygon))).collect();
         let asked = SphereBoardParams { max_crowns: params.max_primitives, ..SphereBoardParams::default() };
         Ok(Self { pictures, groups: groups(job, foliage, &asked, scale)?, points, scale })
     }
