@@ -538,7 +538,9 @@ pub enum Error {
 
     // ---- what building may take (`repr::limits`)
     /// The pictures of a built tree take more than was allowed.
-    #[error("the pictures that {method} makes take {found_mb:.1} MB with their smaller sizes, but the budget is {budget_mb} MB; {remedy}")]
+    #[error(
+        "the pictures that {method} makes take {found_mb:.1} MB with their smaller sizes, but the budget is {budget_mb} MB; {remedy}"
+    )]
     TextureBudget {
         /// The method.
         method: String,
@@ -565,12 +567,27 @@ pub enum Error {
     },
     // ---- Streams of boxes: repr/box_hierarchy ----
     /// A folder that holds no stream of boxes, or a damaged one.
-    #[error("expected a stream of boxes, but its {file} {what}; write it again with `sphereboard bake --method box-hierarchy --stream`")]
+    #[error(
+        "expected a stream of boxes, but its {file} {what}; write it again with `sphereboard bake --method box-hierarchy --stream`"
+    )]
     BrokenBoxStream {
         /// Which of its files.
         file: String,
         /// What is wrong with it.
         what: String,
+    },
+    // ---- Captured cards: repr/card ----
+    /// Pictures of a tree that would take too much memory.
+    #[error(
+        "expected the pictures of a tree to take at most {limit_mib} MiB, but {pictures} of this size would take {found_mib} MiB; lower texture_px or how many there are"
+    )]
+    TooManyPictures {
+        /// What they may take.
+        limit_mib: u64,
+        /// How many there would be.
+        pictures: usize,
+        /// What they would take.
+        found_mib: u64,
     },
 }
 

@@ -16,6 +16,8 @@ mod capture;
 mod composite;
 mod drawer;
 mod forest;
+#[cfg(test)]
+mod forest_tests;
 mod growth;
 mod growth_pass;
 #[cfg(test)]

@@ -133,9 +133,13 @@ impl Stream {
             arrangement: crown.arrangement,
             boxes: crown.boxes.clone(),
             leaf_boxes: crown.leaves.iter().map(|(number, _)| *number).collect(),
-            files: listed.iter().map(|(holds, bytes)| Listed { holds: *holds, bytes: bytes.len() as u64, check: check(bytes) }).collect(),
+            files: listed
+                .iter()
+                .map(|(holds, bytes)| Listed { holds: *holds, bytes: bytes.len() as u64, check: check(bytes) })
+                .collect(),
         };
-        let index = serde_json::to_vec(&index).map_err(|e| Error::Internal { stage: "repr::box_hierarchy", what: e.to_string() })?;
+        let index =
+            serde_json::to_vec(&index).map_err(|e| Error::Internal { stage: "repr::box_hierarchy", what: e.to_string() })?;
         let rest = listed.into_iter().map(|(holds, bytes)| (holds.name(), bytes));
         Ok(Self([(INDEX.to_owned(), index)].into_iter().chain(rest).collect()))
     }
@@ -214,8 +218,11 @@ impl Received {
             return Err(broken(&Holds::Colors(0).name(), "is missing"));
         }
         let crown = &self.crown;
-        let foliage =
-            BuiltTree { method: BoxHierarchy.id().to_owned(), levels: crown.levels(), ..BuiltTree::new(self.bounds, crown.parts()) };
+        let foliage = BuiltTree {
+            method: BoxHierarchy.id().to_owned(),
+            levels: crown.levels(),
+            ..BuiltTree::new(self.bounds, crown.parts())
+        };
         let mut tree = match &self.wood {
             Some(wood) => foliage.joined(wood.clone()),
             None => foliage,

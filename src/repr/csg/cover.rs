@@ -13,9 +13,9 @@ use crate::geom::Surface;
 use crate::model::{Material, Part, Wrap};
 use crate::photo::{ExemplarParams, exemplar};
 use crate::raster::ALPHA_CUTOFF;
+use crate::repr::Job;
 use crate::repr::sphere_board::picture::Picture;
 use crate::repr::sphere_board::subject::bark;
-use crate::repr::Job;
 
 /// Corners at which normals differ by more are edges, cosine.
 const SMOOTH: f64 = 0.6;

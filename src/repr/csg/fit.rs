@@ -12,10 +12,10 @@ const CELLS: f64 = 72.0;
 /// Steps by which a primitive is moved and sized, of its own size, from coarse to fine.
 const STEPS: [f64; 5] = [0.2, 0.1, 0.1, 0.05, 0.025];
 /// What a further primitive must add to the mean IoU.
-const WORTH: f64 = 0.008;
+const WORTH: f64 = 0.004;
 /// Leaves that are looked at for what is not covered yet, and how near they stand together, of the tree's size.
 const SAMPLES: usize = 500;
-const NEAR: f64 = 0.12;
+const NEAR: f64 = 0.16;
 
 /// A silhouette as cells.
 #[derive(Debug, Clone)]
@@ -95,7 +95,8 @@ impl Fit<'_> {
     fn refined(&self, start: Primitive, steps: &[f64], exchange: bool) -> (f64, Primitive) {
         let mut best = (self.agreement(Some(&start)), start);
         if exchange {
-            let others = self.kinds.iter().filter(|kind| **kind != start.shape).map(|kind| self.refined(start.with(*kind), steps, false));
+            let others =
+                self.kinds.iter().filter(|kind| **kind != start.shape).map(|kind| self.refined(start.with(*kind), steps, false));
             best = others.fold(self.refined(start, steps, false), |a, b| if b.0 > a.0 + 1e-9 { b } else { a });
             return best;
         }
