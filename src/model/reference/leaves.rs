@@ -36,7 +36,7 @@ const LARGEST_FOLD_COS: f32 = 0.5;
 pub fn gathered(surface: &mut Surface, part: u32) -> Vec<Leaf> {
     let components = Components::of(&surface.mesh);
     let mut joined = Joined::default();
-    for component in 0..components.len() {
+    for component in 0..components.count() {
         joined.add(surface, components.polygons(component));
     }
     let (leaf_of, count) = crossed(&joined, &surface.mesh);

@@ -209,7 +209,7 @@ fn divided(part: Part, leafy: impl Fn(&Part, &[u32]) -> bool, fewest: usize) -> 
     let components = Components::of(&part.surface.mesh);
     let mut is_leaf = vec![false; part.surface.mesh.polygon_count()];
     let mut leaves = 0;
-    for component in 0..components.len() {
+    for component in 0..components.count() {
         let piece = components.polygons(component);
         if leafy(&part, piece) {
             leaves += 1;

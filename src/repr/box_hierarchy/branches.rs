@@ -134,7 +134,7 @@ fn pieces(tree: &ReferenceTree) -> Vec<Vec<Vec3>> {
     for part in &tree.wood {
         let mesh = &part.surface.mesh;
         let components = Components::of(mesh);
-        for component in 0..components.len() {
+        for component in 0..components.count() {
             let edges = |polygon: &u32| {
                 let corners = mesh.polygon(*polygon as usize);
                 (0..corners.len()).map(|k| [corners[k], corners[(k + 1) % corners.len()]]).map(|[a, b]| [a.min(b), a.max(b)])

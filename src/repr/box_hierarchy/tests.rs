@@ -1,5 +1,5 @@
 use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use glam::{Vec2, Vec3};
 use image::RgbaImage;
@@ -21,6 +21,9 @@ fn preset(name: &str) -> ReferenceTree {
         TreeSource::Model { .. } => unreachable!("a preset is a tree"),
     }
 }
+
+/// Grown once for all tests.
+static OAK: LazyLock<ReferenceTree> = LazyLock::new(|| preset("oak"));
 
 /// Tufts of leaves at the tips of branches that stand out from a stem, as a file would bring them: without bones.
 fn tufted(branches: u32, leaves: u32) -> ReferenceTree {
@@ -96,8 +99,7 @@ fn check_plan(boxes: &[PlannedBox], branches: &Branches, rules: Rules) {
 
 #[test]
 fn boxes_hold_every_leaf_once_at_every_depth_and_nest() {
-    for name in ["oak", "spruce"] {
-        let mut tree = preset(name);
+    for (name, mut tree) in [("oak", OAK.clone()), ("juniper", preset("juniper"))] {
         for skeleton in [true, false] {
             if !skeleton {
                 tree.skeleton = None;
@@ -114,16 +116,15 @@ fn boxes_hold_every_leaf_once_at_every_depth_and_nest() {
 
 #[test]
 fn a_smaller_threshold_gives_more_boxes() {
-    let tree = preset("oak");
-    let branches = Branches::of(&tree);
+    let branches = Branches::of(&OAK);
     let count = |least_share| plan(&branches, Rules { least_share, least_leaves: 50, most_boxes: 1000 }).len();
     assert!(count(0.9) < count(0.3) && count(0.3) < count(0.1), "{} {} {}", count(0.9), count(0.3), count(0.1));
 }
 
 #[test]
 fn leaves_grow_on_the_branch_of_their_bone() {
-    let tree = preset("oak");
-    let branches = Branches::of(&tree);
+    let tree = &*OAK;
+    let branches = Branches::of(tree);
     let skeleton = tree.skeleton.as_ref().unwrap();
     let bones = crate::plant::boxes::of(skeleton);
     // Quad i is the i-th leaf of the skeleton, and its bone lies in the range of its branch and in that of none that grows on it.
