@@ -16,6 +16,7 @@ fn vs_main(@builtin(vertex_index) number: u32, bearer: Bearer) -> Seen {
     seen.uv = leaf.uv;
     seen.slot = 0u;
     seen.share = share_of(tree, leaf.normal, false);
+    seen.tree = vec4f(still(tree, material.tree_center), tree.scale);
     return seen;
 }
 

@@ -17,6 +17,7 @@ fn vs_main(corner: Corner) -> Seen {
     seen.uv = corner.uv;
     seen.slot = corner.id.y;
     seen.share = share_of(tree, corner.normal, false);
+    seen.tree = vec4f(still(tree, material.tree_center), tree.scale);
     return seen;
 }
 

@@ -131,6 +131,7 @@ fn rust_structs() -> Vec<Layout> {
             heights,
             pad,
         }),
+        rust_struct!(CaptureView { clip_from_object, far_m, deep_m, pad }),
         rust_struct!(GrowthFrame {
             size_px,
             px_per_m,

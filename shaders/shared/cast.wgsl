@@ -31,7 +31,7 @@ fn noise(at: vec3f) -> f32 {
 
 fn casts(seen: Cast) -> bool {
     let alpha = material.factor.a * textureSample(color_texture, color_sampler, seen.uv).a;
-    if !is_there(alpha, seen.share, seen.at) {
+    if !is_there(alpha, seen.share, seen.at, footprint(seen.at)) {
         return false;
     }
     // Light slips through a crown's rim, where it crosses few leaves: the shadow's edge is of leaves, not of polygons.

@@ -9,7 +9,7 @@ fn lattice(p: vec3i) -> f32 {
 }
 
 // A number in 0..1, evenly spread, for a point of the tree that a pixel shows (Wyman & McGuire 2017, "Hashed Alpha Testing", listing 3):
-// grains of about a pixel, tied to the tree. `footprint_m` is how far the point moves from a pixel to the next.
+// grains of about a pixel, tied to the tree. `footprint_m`: see footprint().
 fn threshold(at: vec3f, footprint_m: f32) -> f32 {
     let grain = log2(1.0 / max(footprint_m, 1e-7));
     let fine = floor(grain);
@@ -25,14 +25,18 @@ fn threshold(at: vec3f, footprint_m: f32) -> f32 {
     return clamp(even, 1e-6, 1.0);
 }
 
-// Whether a texel of that alpha is there, of a part of which `share` is seen, at a point of object space.
-fn is_there(alpha: f32, share: f32, at: vec3f) -> bool {
+// How far a point moves from a pixel to the next.
+fn footprint(at: vec3f) -> f32 {
+    return max(length(dpdx(at)), length(dpdy(at)));
+}
+
+// Whether a texel of that alpha is there, of a part of which `share` is seen, at a point of object space with that footprint.
+fn is_there(alpha: f32, share: f32, at: vec3f, footprint_m: f32) -> bool {
     if presence.fade == FADE_NEVER {
         return alpha >= material.alpha_cutoff;
     }
     if presence.fade == FADE_ALPHA {
         return share > 0.0 && alpha >= mix(1.0, material.alpha_cutoff, share);
     }
-    let footprint_m = max(length(dpdx(at)), length(dpdy(at)));
     return alpha >= material.alpha_cutoff && (share >= 1.0 || threshold(at, footprint_m) <= share);
 }

@@ -13,6 +13,7 @@ pub const SHARED_NUMBERS: &[(&str, u32)] = &[
     ("GROWN", GROWN),
     ("LENGTH_BITS", LENGTH_BITS),
     ("ROOTS_PER_GROUP", ROOTS_PER_GROUP),
+    ("CAPTURE_SAMPLES", CAPTURE_SAMPLES),
     ("FACING", Presence::FACING),
     ("FACING_LEVEL", Presence::FACING_LEVEL),
     ("FACING_BOTH", Presence::FACING_BOTH),
@@ -33,6 +34,8 @@ pub const FACING_BITS: u32 = 6;
 pub const GROWN: u32 = 0x100;
 /// Bits for the longest growth in pixels: 255 of them. With an offset of one bit more each way it fits a word.
 pub const LENGTH_BITS: u32 = 8;
+/// Samples of a captured pixel along each axis, as the software rasteriser has them.
+pub const CAPTURE_SAMPLES: u32 = 3;
 /// Roots that a workgroup walks.
 pub const ROOTS_PER_GROUP: u32 = 64;
 
@@ -183,6 +186,20 @@ impl Presence {
     pub const TURNED_UPRIGHT: u32 = 1;
     /// A card that faces whoever sees it.
     pub const TURNED_WHOLLY: u32 = 2;
+}
+
+/// Where a picture for a stand-in is taken from: WGSL `CaptureView`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct CaptureView {
+    /// Object to clip space of the tile being drawn; depth reversed.
+    pub clip_from_object: [[f32; 4]; 4],
+    /// Of depth 0: metres towards the viewer from the middle of the view.
+    pub far_m: f32,
+    /// Metres from depth 0 to depth 1.
+    pub deep_m: f32,
+    /// Unused: keeps the size a multiple of 16.
+    pub pad: [f32; 2],
 }
 
 /// What growth knows of the frame: WGSL `GrowthFrame`.

@@ -75,7 +75,11 @@ impl View {
         view(center, (1.04 * half.y.max(half.x / aspect)).max(1e-3))
     }
 
-    fn check(&self) -> Result<()> {
+    /// Whether a picture can be taken.
+    ///
+    /// # Errors
+    /// [`Error::View`] for one without extent or above 16,384 pixels.
+    pub fn check(&self) -> Result<()> {
         let size = 1..=16_384u32;
         let finite = self.axes.iter().chain([&self.center]).all(|v| v.is_finite()) && self.half_size_m.is_finite();
         let sized = size.contains(&self.width_px) && size.contains(&self.height_px) && self.half_size_m.min_element() > 0.0;

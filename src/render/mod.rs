@@ -12,9 +12,12 @@
 
 mod backdrop;
 mod camera;
+mod capture;
 mod composite;
 mod drawer;
 mod forest;
+#[cfg(test)]
+mod forest_tests;
 mod growth;
 mod growth_pass;
 #[cfg(test)]
@@ -42,6 +45,7 @@ use crate::repr::BuiltTree;
 use crate::{Error, Result};
 
 pub use camera::{Camera, FOV_Y_RAD, Projection};
+pub use capture::GpuCapture;
 pub use growth::{GrowthChoice, GrowthEdges, GrowthInput, GrowthKeys, GrowthParams, GrowthRoots};
 pub use light::LightParams;
 pub use present::Window;
@@ -53,6 +57,7 @@ use composite::Composite;
 use drawer::{Drawer, PassKind};
 use forest::ForestDrawer;
 use growth_pass::GrowthPass;
+use impostor::ImpostorDrawer;
 use light::Light;
 use mesh::MeshDrawer;
 use part::PartStore;
@@ -189,13 +194,15 @@ pub struct Renderer {
     instances: Instances,
     meshes: MeshDrawer,
     leaves: ForestDrawer,
-    /// What drawers have sent for the last frame.
+    impostors: ImpostorDrawer,
+    /// What changes of level have sent for the last frame.
     sent_bytes: u64,
     sun: SunMap,
     composite: Composite,
     growth: GrowthPass,
     crowns: wgpu::Buffer,
     targets: Option<Targets>,
+    uploaded_bytes: u64,
     /// Running while a frame is timed.
     clock: Option<PassClock>,
 }
@@ -239,6 +246,7 @@ impl Renderer {
         let instances = Instances::new(&gpu);
         let meshes = MeshDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
         let leaves = ForestDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
+        let impostors = ImpostorDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
         let composite = Composite::new(&gpu, &frame_layout);
         let growth = GrowthPass::new(&gpu);
         gpu.check()?;
@@ -251,12 +259,14 @@ impl Renderer {
             instances,
             meshes,
             leaves,
+            impostors,
             sent_bytes: 0,
             sun,
             composite,
             growth,
             crowns,
             targets: None,
+            uploaded_bytes: 0,
             clock: None,
         })
     }
@@ -329,6 +339,11 @@ impl Renderer {
         self.leaves.leaves_shown()
     }
 
+    /// Bytes of instances, and of what drawers keep of them, that the last frame sent to the device; 0 when nothing had changed.
+    pub fn uploaded_bytes(&self) -> u64 {
+        self.uploaded_bytes
+    }
+
     /// The picture that [`Renderer::draw`] made last.
     ///
     /// # Panics
@@ -360,10 +375,12 @@ impl Renderer {
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view, ground_m)));
         self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
         let sun_map = view.map(|view| (view, self.sun.size_px));
-        let (scene, _) = self.instances.scene(&self.gpu, shot, stands, growing, sun_map)?;
+        let (scene, mut uploaded_bytes) = self.instances.scene(&self.gpu, shot, stands, growing, sun_map)?;
         let gpu = &self.gpu;
-        self.sent_bytes = self.meshes.prepare(gpu, &scene)? + self.leaves.prepare(gpu, &scene)?;
-        let drawers: [&dyn Drawer; 2] = [&self.meshes, &self.leaves];
+        self.sent_bytes = self.leaves.prepare(gpu, &scene)?;
+        uploaded_bytes += self.sent_bytes + self.meshes.prepare(gpu, &scene)? + self.impostors.prepare(gpu, &scene)?;
+        self.uploaded_bytes = uploaded_bytes;
+        let drawers: [&dyn Drawer; 3] = [&self.meshes, &self.leaves, &self.impostors];
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let mut passed = |encoder: &mut _, pass| self.clock.as_mut().map_or(Ok(()), |clock| clock.passed(gpu, encoder, pass));
         passed(&mut encoder, "begin")?;

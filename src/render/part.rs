@@ -10,7 +10,7 @@ use crate::geom::Bounds;
 use crate::gpu::{Gpu, layout, upload_buffer, upload_mips};
 use crate::model::{Material, Part, Wrap};
 use crate::raster::mip_chain;
-use crate::repr::{BuiltPart, Drawn, Facing, Fade, Seen};
+use crate::repr::{Drawn, Facing, Fade, Seen};
 
 /// One part on the device.
 #[derive(Debug)]
@@ -39,6 +39,17 @@ impl DevicePart {
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..self.count, 0, 0..count);
     }
+}
+
+/// What a part is in its tree.
+#[derive(Debug, Clone, Copy)]
+pub struct PlaceInTree {
+    /// Of the whole tree.
+    pub bounds: Bounds,
+    /// Number of its crown, from 1; 0 where it is none.
+    pub crown: u32,
+    /// See [`DevicePart::group`].
+    pub group: usize,
 }
 
 /// Puts parts onto the device.
@@ -76,17 +87,15 @@ impl PartStore {
         }
     }
 
-    /// Puts a part of the tree in `tree` onto the device, its crown being the `crown`-th, from 1, or 0 for none.
+    /// Puts a part onto the device, placed and seen like that.
     pub fn upload(
         &self,
         gpu: &Gpu,
-        built: &BuiltPart,
-        tree: Bounds,
-        crown: u32,
-        group: usize,
+        part: &Part,
+        (drawn, seen): (&Drawn, &Seen),
+        place: PlaceInTree,
         textures: &mut Textures,
     ) -> DevicePart {
-        let part = &built.part;
         let surface = &part.surface;
         let vertex = |i: usize| layout::Vertex {
             position: surface.mesh.positions[i].to_array(),
@@ -100,10 +109,10 @@ impl PartStore {
             vertices: buffer("part.vertices", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer("part.indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             count: indices.len() as u32,
-            material: self.bind(gpu, part, material_of(part, crown, tree), presence_of(built), textures),
+            material: self.bind(gpu, part, material_of(part, place), presence_of(part, drawn, seen), textures),
             two_sided: part.material.two_sided,
-            pierced: part.material.alpha_cutoff.is_some() || !built.seen.is_always(),
-            group,
+            pierced: part.material.alpha_cutoff.is_some() || !seen.is_always(),
+            group: place.group,
         }
     }
 
@@ -135,7 +144,7 @@ impl PartStore {
     }
 }
 
-fn material_of(part: &Part, crown: u32, tree: Bounds) -> layout::Material {
+fn material_of(part: &Part, PlaceInTree { bounds: tree, crown, .. }: PlaceInTree) -> layout::Material {
     let Material { factor, alpha_cutoff, two_sided, normal_texture, .. } = &part.material;
     let box_of_crown = part.crown_center.and_then(|_| part.surface.mesh.bounds());
     let half = box_of_crown.map_or(Vec3::ONE, |crown| (0.5 * crown.size()).max(Vec3::splat(1e-3)));
@@ -150,13 +159,33 @@ fn material_of(part: &Part, crown: u32, tree: Bounds) -> layout::Material {
         // Only leaves are cut out of what they are painted on.
         foliage: f32::from(u8::from(alpha_cutoff.is_some())),
         normal_mapped: u32::from(normal_texture.is_some()),
+        stand_in: u32::from(is_stand_in(part, tree)),
         tree_center: tree.center().to_array(),
         tree_half: (0.5 * tree.size()).max(Vec3::splat(1e-3)).to_array(),
         ..layout::Material::zeroed()
     }
 }
 
-fn presence_of(BuiltPart { part, drawn, seen }: &BuiltPart) -> layout::Presence {
+/// Side of a polygon in heights of the tree from which on it is a card: a picture of leaves that are elsewhere. Leaves of true trees are
+/// far smaller.
+const CARD: f32 = 0.04;
+
+/// Whether a part's pictures show leaves that are elsewhere: cut out, with captured normals, of polygons too large for leaves.
+fn is_stand_in(part: &Part, tree: Bounds) -> bool {
+    let Material { alpha_cutoff, normal_texture, .. } = &part.material;
+    let mesh = &part.surface.mesh;
+    let area: f32 = mesh
+        .triangulated()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        })
+        .sum();
+    let captured = alpha_cutoff.is_some() && normal_texture.is_some() && part.crown_center.is_none();
+    captured && area > (CARD * tree.max.y).powi(2) * mesh.polygon_count() as f32
+}
+
+fn presence_of(part: &Part, drawn: &Drawn, seen: &Seen) -> layout::Presence {
     let Seen { anchor, vanish_anchor, appears, vanishes, facing, fade } = *seen;
     let (axis, cosines, facing) = match facing {
         Facing::Any => (Vec3::Z, [0.0; 2], 0),
@@ -204,13 +233,19 @@ pub struct Textures {
     colors: Vec<(Arc<RgbaImage>, Option<f32>, wgpu::TextureView)>,
     normals: Vec<(Arc<RgbaImage>, wgpu::TextureView)>,
     blank: Option<wgpu::TextureView>,
+    averaged: bool,
 }
 
 impl Textures {
+    /// Such whose smaller sizes have the mean alpha, as the software rasteriser's have.
+    pub fn averaged() -> Self {
+        Self { averaged: true, ..Self::default() }
+    }
+
     fn color(&mut self, gpu: &Gpu, material: &Material) -> wgpu::TextureView {
         let Some(picture) = &material.texture else { return self.blank(gpu) };
         // The cutoff tests the product of texture and factor.
-        let cutoff = material.alpha_cutoff.map(|cutoff| cutoff / material.factor[3].max(1e-3));
+        let cutoff = material.alpha_cutoff.filter(|_| !self.averaged).map(|cutoff| cutoff / material.factor[3].max(1e-3));
         if let Some((_, _, view)) = self.colors.iter().find(|(known, its, _)| Arc::ptr_eq(known, picture) && *its == cutoff) {
             return view.clone();
         }

@@ -131,7 +131,8 @@ pub enum Facing {
     /// From all.
     Any,
     /// By the cosine between `axis` and the direction from the anchor to the viewer (in the sun's map: to the sun): nothing at or below
-    /// `cosines[0]`, all at or above `cosines[1]`, linear between; a hard edge where they are equal.
+    /// `cosines[0]`, all at or above `cosines[1]`, linear between; a hard edge where they are equal. Where they fall it is the other way
+    /// round: nothing at or above the first, all at or below the second.
     Toward {
         /// Unit vector, object space.
         axis: Vec3,
@@ -220,19 +221,17 @@ impl Seen {
         let flat = Vec3::new(toward_viewer.x, 0.0, toward_viewer.z);
         let toward = if level { flat.normalize_or(Vec3::Z) } else { toward_viewer };
         let cosine = if both_sides { axis.dot(toward).abs() } else { axis.dot(toward) };
-        if all > none { ((cosine - none) / (all - none)).clamp(0.0, 1.0) } else { f32::from(u8::from(cosine >= all)) }
+        if all != none { ((cosine - none) / (all - none)).clamp(0.0, 1.0) } else { f32::from(u8::from(cosine >= all)) }
     }
 }
 
 impl Facing {
-    /// A unit axis, and cosines that rise or are equal.
+    /// A unit axis and finite cosines, rising or equal for polygons of their own.
     fn is_sound(&self) -> bool {
         match self {
             Self::Any => true,
             Self::Own { cosines: [none, all] } => none.is_finite() && all.is_finite() && none <= all,
-            Self::Toward { axis, cosines: [none, all], .. } => {
-                axis.is_normalized() && none.is_finite() && all.is_finite() && none <= all
-            }
+            Self::Toward { axis, cosines: [none, all], .. } => axis.is_normalized() && none.is_finite() && all.is_finite(),
         }
     }
 }
@@ -400,6 +399,11 @@ mod tests {
         };
         assert_eq!((at(90.0, 20.0), at(31.0, 0.0), at(29.0, 0.0), at(270.0, 0.0)), (1.0, 1.0, 0.0, 0.0));
         assert_eq!(seen.share_toward(Vec3::Y), 0.0);
+        // Seen but from above.
+        let facing = Facing::Toward { axis: Vec3::Y, cosines: [0.9, 0.5], level: false, both_sides: false };
+        let low = Seen { facing, ..Seen::default() };
+        let at = |y: f32| low.share_toward(Vec3::new((1.0 - y * y).sqrt(), y, 0.0));
+        assert!(at(-1.0) == 1.0 && at(0.5) == 1.0 && (at(0.7) - 0.5).abs() < 1e-5 && at(0.95) == 0.0);
     }
 
     #[test]

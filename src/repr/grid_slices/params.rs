@@ -104,8 +104,8 @@ impl GridParams {
         let fars = self.fars();
         match (1..fars.len()).find(|&finer| fars[finer] > fars[finer - 1]) {
             Some(finer) => Err(Error::Parameter {
-                name: format!("level_{}_far", finer + 1),
-                expected: format!("at most level_{finer}_far, which is {} units", fars[finer - 1]),
+                name: format!("--level-{}-far", finer + 1),
+                expected: format!("at most --level-{finer}-far, which is {} units", fars[finer - 1]),
                 found: fars[finer].to_string(),
             }),
             None => Ok(()),

@@ -55,6 +55,10 @@ impl Representation for Lodf {
         &[Scope::Foliage]
     }
 
+    fn partner(&self) -> &'static str {
+        "lodstrips"
+    }
+
     fn accepts(&self) -> &'static [SourceKind] {
         SourceKind::REFERENCE
     }

@@ -1,10 +1,12 @@
 //! LoDF, level of detail foliage (Rebollo et al. 2007): leaves that collapse pairwise, in clusters that change one by one.
 
+#[cfg(test)]
+mod cover_tests;
 mod detail;
 pub mod foliage;
 mod forest;
 mod grid;
-mod method;
+pub(super) mod method;
 #[cfg(test)]
 mod printed;
 mod resolution;

@@ -1,8 +1,8 @@
 //! Simplification of foliage: the *leaf collapse*, two leaves → one whose four corners are corners of the two (Rebollo §IV, fig. 2).
 //!
 //! Rebollo only cites the algorithm (FSA, [24]: Remolar et al. 2002); this is our reading of it. Pairs go least cost first. The cost of a
-//! pair is told by how far its leaves are apart and how differently they are turned, times the area that they stand for: small
-//! leaves that nearly cover one another go first, and what was collapsed often waits. The leaf that replaces them has about the area
+//! pair is told by how far its leaves are apart, how differently they are turned and how much less one leaf over both would cover, times the
+//! area that they stand for: small leaves side by side go first, and what was collapsed often waits. The leaf that replaces them has about the area
 //! of all leaves that it stands for, so that the crown keeps its cover. One of the two, the *heir*, lends its picture; so a change of
 //! level can be drawn as the heir growing over the other, which shrinks. Lengths in metres.
 
@@ -49,10 +49,14 @@ pub struct Blade {
 /// Most original leaves of a cluster: what 13 bits number.
 pub const MOST_LEAVES: u32 = 1 << 13;
 
-/// How much a quarter turn between two leaves counts, as a distance in reaches.
-const TURN: f32 = 1.0;
-/// How large a collapsed leaf is aimed to be, as a share of the leaves that it stands for.
-const GROWTH: f32 = 1.0;
+/// How much a quarter turn between two leaves counts, as the square of a distance in reaches. Leaves turned across one another cover both
+/// ways, which one leaf cannot: of birch at half its leaves, 84 % of the cover is left with 1, 95 % with 30, 98 % with 100.
+const TURN: f32 = 100.0;
+/// How much it counts that two leaves lie so near that one over both covers less, as TURN.
+const LACK: f32 = 100.0;
+/// How large a collapsed leaf is aimed to be, as a share of the leaves that it stands for: a little more, since what is aimed at is seldom
+/// had in full.
+const GROWTH: f32 = 1.3;
 /// How many rings of cells are searched for a partner before a leaf is put off until the cells are larger.
 const RINGS: i32 = 3;
 /// Fewer leaves than these are compared with all others.
@@ -110,13 +114,24 @@ impl Active {
     fn cost(&self, other: &Self) -> f32 {
         let turned = 1.0 - self.normal.dot(other.normal).abs();
         let size = self.reach.min(other.reach);
-        (self.cover + other.cover) * (self.center.distance_squared(other.center) + TURN * turned * size * size)
+        let distance = self.center.distance(other.center);
+        let cover = self.cover + other.cover;
+        let lack = wanting(self.area.max(other.area), cover, distance);
+        cover * (distance * distance + (TURN * turned + LACK * lack * lack) * size * size)
     }
 
     /// No partner that far away costs less.
     fn least_cost(&self, distance: f32) -> f32 {
         self.cover * distance * distance
     }
+}
+
+/// How much of `cover` cannot be had of two leaves `distance` apart, the larger of which has that area: moved by its own side, a leaf sweeps
+/// as much again.
+fn wanting(area: f32, cover: f32, distance: f32) -> f32 {
+    let side = area.sqrt();
+    let needed = side * (cover / area.max(1e-12) - 1.0).max(0.0);
+    (1.0 - distance / needed.max(1e-9)).max(0.0)
 }
 
 /// Costs are never negative, so that their bits sort as they do.
@@ -327,12 +342,12 @@ impl Aim {
         let shift = self.center.distance(0.25 * (a + b + c + d)) / size;
         let lean = 1.0 - self.up.dot((c + d - a - b).normalize_or_zero());
         let ratio = (area / self.area).ln();
-        2.0 * ratio * ratio
+        10.0 * ratio * ratio
             + 4.0 * bent
-            + 0.5 * warp
-            + 0.3 * stretch
-            + 1.0 * shift
+            + 0.3 * warp
+            + 0.02 * stretch
+            + 0.1 * shift
             + 0.1 * lean
-            + 1.0 * (1.0 - face.dot(self.normal).abs())
+            + 0.1 * (1.0 - face.dot(self.normal).abs())
     }
 }
