@@ -343,20 +343,3 @@ fn slices_placed_where_the_foliage_is_come_nearer_to_the_tree() {
     println!("uniform {uniform:?}, adaptive {adaptive:?}: silhouette IoU, mean FLIP, bytes");
     assert!(adaptive.0 > uniform.0 && adaptive.1 < uniform.1 && adaptive.2 < uniform.2);
 }
-
-#[test]
-fn measure() {
-    for name in ["oak", "birch", "pine"] {
-        let source = TreeSource::open(name, &Asked::default(), Seed(1)).unwrap().0;
-        let tree = built(&source, &["size_px=256"]);
-        let views: Vec<(f32, f32)> = (0..6).flat_map(|i| [(15.0 * i as f32, 0.0), (15.0 * i as f32, 30.0)]).collect();
-        for set in ["1", "2", "3", "12", "13", "23", ""] {
-            let mut some = tree.clone();
-            some.parts.retain(|p| {
-                let n = &p.part.name;
-                n.ends_with(" 0") || set.chars().any(|c| n.ends_with(c))
-            });
-            println!("{name} {set}: {} parts {:?}", some.parts.len(), likeness(&source, &some, &views, 80));
-        }
-    }
-}
