@@ -79,8 +79,9 @@ pub fn steps(wood: Wood) -> Vec<Step> {
         if collapser.stamps[next.from as usize] != next.stamp {
             continue;
         }
-        if collapser.wood.neighbours(next.from).binary_search(&next.to).is_err() || collapser.may(next.from, next.to).is_none() {
-            // What was allowed when it was queued no longer is.
+        let beside = collapser.wood.neighbours(next.from).binary_search(&next.to).is_ok();
+        if !beside || collapser.cost(next.from, next.to) > next.cost || collapser.may(next.from, next.to).is_none() {
+            // What was allowed, or cheap, when it was queued no longer is: the last of a piece costs the piece.
             collapser.queue_best(next.from);
             continue;
         }
@@ -143,11 +144,7 @@ impl<'a> Collapser<'a> {
         if self.locked[from as usize] || self.wood.around[from as usize].is_empty() {
             return;
         }
-        let cost = |to: u32| {
-            let off_m = self.quadrics[from as usize].mean_m(self.wood.places[to as usize]);
-            if self.ends(from, to) { self.length_m(self.wood.piece_of[from as usize]).max(off_m) } else { off_m }
-        };
-        let mut choices: Vec<(u32, u32)> = self.wood.neighbours(from).into_iter().map(|to| (cost(to).to_bits(), to)).collect();
+        let mut choices: Vec<(u32, u32)> = self.wood.neighbours(from).into_iter().map(|to| (self.cost(from, to), to)).collect();
         choices.sort_unstable();
         if let Some((cost, to)) = choices.into_iter().find(|(_, to)| self.may(from, *to).is_some()) {
             let stamp = self.stamps[from as usize];
@@ -187,6 +184,13 @@ impl<'a> Collapser<'a> {
         let sharing = self.wood.around[from as usize].iter().filter(|&&t| self.wood.corners(t).contains(&to)).count();
         // A closed piece of four triangles is a tetrahedron; with one vertex less it would be flat.
         left <= sharing || (left == 4 && sharing == 2 && self.wood.around[from as usize].len() == 3)
+    }
+
+    /// What a collapse costs: [`Waiting::cost`].
+    fn cost(&self, from: u32, to: u32) -> u32 {
+        let off_m = self.quadrics[from as usize].mean_m(self.wood.places[to as usize]);
+        let all_m = if self.ends(from, to) { self.length_m(self.wood.piece_of[from as usize]) } else { 0.0 };
+        off_m.max(all_m).to_bits()
     }
 
     /// How far what is left of a branch reaches from its foot.
