@@ -341,11 +341,12 @@ impl BuiltTree {
     }
 }
 
-/// The distance nearest to `distance` at which as much as there is seen of the parts of `main`, and all or nothing of each of `rest`;
-/// `distance` itself where there is none within a factor of three.
+/// The distance nearest to `distance` at which as much as there is seen of the parts of `main`, and at and around which all or nothing is
+/// seen of each of `rest`; `distance` itself where there is none within a factor of three.
 fn settled(distance: f32, main: &BuiltTree, rest: &BuiltTree) -> f32 {
     let same = |d: f32| main.parts.iter().all(|part| part.seen.share_at(d) == part.seen.share_at(distance));
-    let whole = |d: f32| rest.parts.iter().all(|part| [0.0, 1.0].contains(&part.seen.share_at(d)));
+    let around = |d: f32| [0.99 * d, d, 1.01 * d];
+    let whole = |d: f32| around(d).iter().all(|d| rest.parts.iter().all(|part| [0.0, 1.0].contains(&part.seen.share_at(*d))));
     let steps = (0..=60).flat_map(|step| [step, -step]);
     steps.map(|step| distance * 1.02f32.powi(step)).find(|d| same(*d) && whole(*d)).unwrap_or(distance)
 }

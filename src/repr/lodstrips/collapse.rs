@@ -20,7 +20,8 @@ pub struct Step {
     pub moves: Vec<(u32, u32)>,
     /// Triangles left.
     pub triangles: usize,
-    /// How far the mesh is from what it was: the largest mean distance, so far, of a vertex from the planes that it stands for. Metres.
+    /// How far the mesh is from what it was: the largest mean distance, so far, of a vertex from the planes that it stands for, but for a
+    /// branch no more than it is thick: where that is less than a pixel, nobody sees where it is. Metres.
     pub error_m: f32,
 }
 
@@ -30,26 +31,27 @@ const LEAST_COSINE: f32 = 0.2;
 /// How much a triangle may stretch its texture where a seam ends.
 const MOST_STRETCH: f32 = 4.0;
 
-/// How much the edge of an open mesh counts, beside its area.
+/// How much the edge of an open mesh counts, beside its triangles.
 const EDGE_WEIGHT: f64 = 4.0;
 
-/// Vertices that stand for less area than this are not off by anything, m².
-const LEAST_AREA: f64 = 1e-9;
+/// The least weight that a sum is divided by, metres: slivers weigh next to nothing.
+const LEAST_WEIGHT: f64 = 1e-6;
 
-/// The sum of squared distances from planes, weighted by area.
+/// The sum of squared distances from planes, each weighted by the square root of its triangle's area, as meshoptimizer has it: by
+/// area itself, all twigs would go before a trunk loses a corner.
 #[derive(Debug, Clone, Copy, Default)]
 struct Quadric {
     square: DMat3,
     linear: DVec3,
     constant: f64,
-    area: f64,
+    weight: f64,
 }
 
 impl Quadric {
-    fn of_plane(at: DVec3, normal: DVec3, area: f64) -> Self {
+    fn of_plane(at: DVec3, normal: DVec3, weight: f64) -> Self {
         let offset = -normal.dot(at);
         let square = DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
-        Self { square: square * area, linear: normal * (offset * area), constant: offset * offset * area, area }
+        Self { square: square * weight, linear: normal * (offset * weight), constant: offset * offset * weight, weight }
     }
 
     fn plus(self, other: Self) -> Self {
@@ -57,18 +59,15 @@ impl Quadric {
             square: self.square + other.square,
             linear: self.linear + other.linear,
             constant: self.constant + other.constant,
-            area: self.area + other.area,
+            weight: self.weight + other.weight,
         }
     }
 
     /// Mean distance of a point from the planes, metres.
     fn mean_m(&self, p: Vec3) -> f32 {
-        (self.at(p) / self.area.max(LEAST_AREA)).sqrt() as f32
-    }
-
-    fn at(&self, p: Vec3) -> f64 {
         let p = p.as_dvec3();
-        (p.dot(self.square * p) + 2.0 * self.linear.dot(p) + self.constant).max(0.0)
+        let sum = (p.dot(self.square * p) + 2.0 * self.linear.dot(p) + self.constant).max(0.0);
+        (sum / self.weight.max(LEAST_WEIGHT)).sqrt() as f32
     }
 }
 
@@ -80,8 +79,9 @@ pub fn steps(wood: Wood) -> Vec<Step> {
         if collapser.stamps[next.from as usize] != next.stamp {
             continue;
         }
-        if collapser.wood.neighbours(next.from).binary_search(&next.to).is_err() || collapser.may(next.from, next.to).is_none() {
-            // What was allowed when it was queued no longer is.
+        let beside = collapser.wood.neighbours(next.from).binary_search(&next.to).is_ok();
+        if !beside || collapser.cost(next.from, next.to) > next.cost || collapser.may(next.from, next.to).is_none() {
+            // What was allowed, or cheap, when it was queued no longer is: the last of a piece costs the piece.
             collapser.queue_best(next.from);
             continue;
         }
@@ -95,8 +95,8 @@ pub fn steps(wood: Wood) -> Vec<Step> {
 /// A collapse that waits for its turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Waiting {
-    /// The bits of a number that is not negative rise with it.
-    cost: u64,
+    /// How far the surface is off then, metres. The bits of a number that is not negative rise with it.
+    cost: u32,
     from: u32,
     to: u32,
     stamp: u32,
@@ -144,11 +144,7 @@ impl<'a> Collapser<'a> {
         if self.locked[from as usize] || self.wood.around[from as usize].is_empty() {
             return;
         }
-        let cost = |to: &u32| {
-            let at = self.wood.places[*to as usize];
-            self.quadrics[from as usize].at(at) + self.quadrics[*to as usize].at(at)
-        };
-        let mut choices: Vec<(u64, u32)> = self.wood.neighbours(from).iter().map(|to| (cost(to).to_bits(), *to)).collect();
+        let mut choices: Vec<(u32, u32)> = self.wood.neighbours(from).into_iter().map(|to| (self.cost(from, to), to)).collect();
         choices.sort_unstable();
         if let Some((cost, to)) = choices.into_iter().find(|(_, to)| self.may(from, *to).is_some()) {
             let stamp = self.stamps[from as usize];
@@ -188,6 +184,25 @@ impl<'a> Collapser<'a> {
         let sharing = self.wood.around[from as usize].iter().filter(|&&t| self.wood.corners(t).contains(&to)).count();
         // A closed piece of four triangles is a tetrahedron; with one vertex less it would be flat.
         left <= sharing || (left == 4 && sharing == 2 && self.wood.around[from as usize].len() == 3)
+    }
+
+    /// What a collapse costs: [`Waiting::cost`].
+    fn cost(&self, from: u32, to: u32) -> u32 {
+        let off_m = self.quadrics[from as usize].mean_m(self.wood.places[to as usize]);
+        let all_m = if self.ends(from, to) { self.length_m(self.wood.piece_of[from as usize]) } else { 0.0 };
+        off_m.max(all_m).to_bits()
+    }
+
+    /// How far what is left of a branch reaches from its foot.
+    fn length_m(&self, piece: u32) -> f32 {
+        let foot = self.wood.joints[piece as usize].map_or(Vec3::ZERO, |joint| joint.at);
+        self.wood.triangles_of(piece).flat_map(|t| self.wood.points(t)).map(|p| p.distance(foot)).fold(0.0, f32::max)
+    }
+
+    /// An error as it is told of a piece: of a branch, no more than it is thick.
+    fn told_m(&self, piece: u32, error_m: f32) -> f32 {
+        let branch = self.wood.joints[piece as usize].is_some();
+        if branch { error_m.min(self.wood.thickness_m[piece as usize]) } else { error_m }
     }
 
     /// The link condition: the surface stays one (Dey et al. 1999); edges of open meshes collapse along themselves.
@@ -312,11 +327,12 @@ impl<'a> Collapser<'a> {
                 self.wood.around[to as usize].push(triangle);
             }
         }
+        let off_m = self.quadrics[from as usize].mean_m(self.wood.places[to as usize]);
         let sum = self.quadrics[from as usize].plus(self.quadrics[to as usize]);
         self.quadrics[to as usize] = sum;
         self.stamps[from as usize] += 1;
         touched.into_iter().for_each(|place| self.queue_best(place));
-        (moves, sum.mean_m(self.wood.places[to as usize]))
+        (moves, self.told_m(self.wood.piece_of[to as usize], off_m))
     }
 
     fn bury(&mut self, triangle: u32) {
@@ -339,7 +355,7 @@ impl<'a> Collapser<'a> {
         let mut places: Vec<u32> = vertices.iter().map(|&v| place_of(v)).collect();
         places.sort_unstable();
         places.dedup();
-        let sum = places.iter().fold(Quadric::default(), |sum, place| sum.plus(self.quadrics[*place as usize]));
+        let error_m = self.told_m(piece, self.length_m(piece));
         triangles.into_iter().for_each(|t| self.bury(t));
         places.into_iter().for_each(|place| self.stamps[place as usize] += 1);
         if let Some(joint) = self.wood.joints[piece as usize].take() {
@@ -349,8 +365,7 @@ impl<'a> Collapser<'a> {
             freed.into_iter().for_each(|place| self.queue_best(place));
         }
         let moves = vertices.into_iter().filter(|&v| v != target).map(|v| (v, target)).collect();
-        let at = self.wood.surface.mesh.positions[target as usize];
-        (moves, sum.mean_m(at))
+        (moves, error_m)
     }
 }
 
@@ -362,15 +377,14 @@ fn quadrics(wood: &Wood) -> Vec<Quadric> {
         let (corners, points) = (wood.corners(triangle), wood.points(triangle).map(|p| p.as_dvec3()));
         let twice = (points[1] - points[0]).cross(points[2] - points[0]);
         let normal = twice.normalize_or_zero();
-        // Each corner answers for a third of it.
-        let plane = Quadric::of_plane(points[0], normal, twice.length() / 6.0);
+        let plane = Quadric::of_plane(points[0], normal, (0.5 * twice.length()).sqrt());
         corners.iter().for_each(|&place| quadrics[place as usize] = quadrics[place as usize].plus(plane));
         for k in 0..3 {
             let (a, b) = (k, (k + 1) % 3);
             if edge_is_open(corners[a], corners[b]) {
                 let along = points[b] - points[a];
                 let across = along.cross(normal).normalize_or_zero();
-                let fence = Quadric::of_plane(points[a], across, EDGE_WEIGHT * along.length_squared());
+                let fence = Quadric::of_plane(points[a], across, EDGE_WEIGHT * along.length());
                 [a, b].iter().for_each(|&k| quadrics[corners[k] as usize] = quadrics[corners[k] as usize].plus(fence));
             }
         }

@@ -55,11 +55,7 @@ impl Lodstrips {
         // The k-th vertex to go gets the k-th number from the end.
         let mut number = vec![NONE; count];
         moves.order.iter().enumerate().for_each(|(k, (vertex, _))| number[*vertex as usize] = (count - 1 - k) as u32);
-        let mut free = 0;
-        for new in number.iter_mut().filter(|new| **new == NONE) {
-            *new = free;
-            free += 1;
-        }
+        number.iter_mut().filter(|new| **new == NONE).zip(0..).for_each(|(new, free)| *new = free);
         let mut targets = vec![NONE; count];
         moves.order.iter().for_each(|(vertex, target)| targets[number[*vertex as usize] as usize] = number[*target as usize]);
         let triangles: Vec<[u32; 3]> = wood.triangles.iter().map(|t| t.map(|v| number[v as usize])).collect();

@@ -43,6 +43,8 @@ pub struct Wood<'a> {
     pub pieces: Vec<Vec<u32>>,
     /// How many triangles of each piece are there.
     pub left: Vec<usize>,
+    /// How thick each piece is: the width of a pipe of its length and area.
+    pub thickness_m: Vec<f32>,
     /// What each piece stands in; `None` for a trunk.
     pub joints: Vec<Option<Joint>>,
     /// The pieces that stand in each.
@@ -85,11 +87,14 @@ impl<'a> Wood<'a> {
             piece_of: vec![],
             pieces: vec![],
             left: vec![],
+            thickness_m: vec![],
             joints: vec![],
             children: vec![],
         };
         wood.find_pieces();
-        wood.joints = wood.find_joints();
+        let extents: Vec<Extent> = (0..wood.pieces.len()).into_par_iter().map(|piece| Extent::of(&wood, piece as u32)).collect();
+        wood.thickness_m = extents.iter().map(Extent::thickness_m).collect();
+        wood.joints = wood.find_joints(&extents);
         wood.children = vec![vec![]; wood.pieces.len()];
         for (joint, piece) in wood.joints.iter().zip(0u32..) {
             if let Some(joint) = joint {
@@ -158,9 +163,7 @@ impl<'a> Wood<'a> {
     }
 
     /// For every piece the largest other, larger than itself, that one of its ends is inside of, or within reach of.
-    fn find_joints(&self) -> Vec<Option<Joint>> {
-        let of = |piece: usize| Extent::of(self, piece as u32);
-        let extents: &[Extent] = &(0..self.pieces.len()).into_par_iter().map(of).collect::<Vec<_>>();
+    fn find_joints(&self, extents: &[Extent]) -> Vec<Option<Joint>> {
         let larger = &|a: usize, b: usize| (extents[a].area_m2, b) > (extents[b].area_m2, a);
         let area = |a: &usize, b: &usize| extents[*a].area_m2.total_cmp(&extents[*b].area_m2);
         let joint = |piece: usize| {
@@ -220,6 +223,10 @@ impl Extent {
             area_m2: wood.triangles_of(piece).map(area).sum(),
             ends: [places.first().copied().unwrap_or(0), one, farthest(at(one))],
         }
+    }
+
+    fn thickness_m(&self) -> f32 {
+        self.area_m2 / (std::f32::consts::PI * self.bounds.size().length().max(1e-6))
     }
 
     fn near(&self, p: Vec3, reach_m: f32) -> bool {
