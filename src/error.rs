@@ -495,6 +495,23 @@ pub enum Error {
         /// Why not.
         why: String,
     },
+    // ---- Comparisons: compare/ ----
+    /// A line in a file of views that is none.
+    #[error("expected `AZIMUTH ELEVATION` in degrees (-360 to 360, -90 to 90) in line {line} of the views, but found: {found}")]
+    ViewLine {
+        /// Counted from 1.
+        line: usize,
+        /// What it says.
+        found: String,
+    },
+    /// The folder of another comparison.
+    #[error(
+        "{folder} holds another comparison (of another tree, plan, seed, version or adapter); choose another folder, or drop what is there with --anew"
+    )]
+    OtherComparison {
+        /// The folder.
+        folder: PathBuf,
+    },
     // ---- Photographs of reference trees: report/studio ----
     /// Neither a preset nor a file.
     #[error(
@@ -517,6 +534,60 @@ pub enum Error {
         eye_m: f32,
         /// How far it stands from the tree.
         distance_m: f32,
+    },
+
+    // ---- what building may take (`repr::limits`)
+    /// The pictures of a built tree take more than was allowed.
+    #[error(
+        "the pictures that {method} makes take {found_mb:.1} MB with their smaller sizes, but the budget is {budget_mb} MB; {remedy}"
+    )]
+    TextureBudget {
+        /// The method.
+        method: String,
+        /// What they take.
+        found_mb: f64,
+        /// What they may take.
+        budget_mb: f64,
+        /// What to lower.
+        remedy: String,
+    },
+    /// A tree that would not fit into memory.
+    #[error(
+        "{source_name} has {found} triangles, but a tree to build from may have {most} (this one would take about {gb} GB of memory); leave out small twigs, or export it with fewer leaves"
+    )]
+    TreeTooLarge {
+        /// The tree.
+        source_name: String,
+        /// Its triangles.
+        found: usize,
+        /// Those that it may have.
+        most: usize,
+        /// What they would take.
+        gb: usize,
+    },
+    // ---- Streams of boxes: repr/box_hierarchy ----
+    /// A folder that holds no stream of boxes, or a damaged one.
+    #[error(
+        "expected a stream of boxes, but its {file} {what}; write it again with `sphereboard bake --method box-hierarchy --stream`"
+    )]
+    BrokenBoxStream {
+        /// Which of its files.
+        file: String,
+        /// What is wrong with it.
+        what: String,
+    },
+    // ---- Captured cards: repr/card ----
+    /// Pictures of a tree that would take too much memory.
+    #[error(
+        "expected the pictures of a tree to take at most {limit_mib} MiB, but {pictures} of this size would take {found_mib} MiB; lower texture_px or how many there are"
+    )]
+    TooManyPictures {
+        /// What they may take.
+        limit_mib: u64,
+        /// How many there would be.
+        pictures: usize,
+        /// What they would take.
+        found_mib: u64,
     },
 }
 

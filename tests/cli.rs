@@ -233,7 +233,7 @@ fn mistakes_in_the_arguments_are_one_sentence() {
         (&["segment", OAK, OAK, "--out", "x"], "oak.jpg was given twice; give it once"),
         (&["segment", OAK, "--out", OAK], "expected a folder for the results"),
         (&["segment", "", "--out", "x"], "expected the name of a photograph"),
-        (&["modle", OAK], "expected a command (model, segment, inspect or grow), but found modle"),
+        (&["modle", OAK], "but found modle; write for example"),
     ] {
         let output = sphereboard(args);
         let message = stderr(&output);

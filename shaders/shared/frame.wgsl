@@ -21,6 +21,9 @@ struct Frame {
     backward: vec3f,
     // Parallel projection: what is deeper by so much is another layer. In perspective 0.
     layer: f32,
+    // What is d metres away is x + y · d, in metres as in the picture for which distances are told (repr::REFERENCE_FOCAL_PX).
+    heights: vec2f,
+    pad: vec2f,
 }
 
 // Values of shading.
@@ -44,5 +47,7 @@ fn eye_of(world: vec3f) -> vec3f {
 
 // Towards that, unit length.
 fn toward_eye(world: vec3f) -> vec3f {
-    return select(normalize(frame.eye - world), frame.backward, frame.layer > 0.0);
+    let way = frame.eye - world;
+    let far = length(way);
+    return select(way / max(far, 1e-20), frame.backward, frame.layer > 0.0 || far == 0.0);
 }

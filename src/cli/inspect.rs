@@ -8,18 +8,16 @@ use serde_json::{Value, json};
 
 use crate::Result;
 use crate::geom::Bounds;
-use crate::model::reference::{Asked, ReferenceTree, Role};
+use crate::model::reference::{ReferenceTree, Role};
 use crate::model::{Part, Wrap};
 
+use super::bake::grouped;
 use super::batch::text_of;
-use super::{Outcome, say};
+use super::{Outcome, say, subject};
 
 /// The command's arguments.
 pub fn command() -> Command {
-    let names = |name: &'static str, help: &'static str| {
-        Arg::new(name).long(name).value_name("MATERIAL").action(ArgAction::Append).help(help)
-    };
-    Command::new("inspect")
+    let command = Command::new("inspect")
         .about("Say what is in model files (GLB, glTF, OBJ): surfaces, materials, leaves, size, and what looks wrong")
         .after_help(
             "Leaves and wood are told apart by material alpha; where nothing is cut out, by many small flat pieces; then by name.\n\
@@ -34,20 +32,13 @@ pub fn command() -> Command {
                 .value_parser(value_parser!(PathBuf))
                 .help("Models of trees: .glb, .gltf, .obj; material libraries and textures are looked for beside them"),
         )
-        .arg(names("leaves", "This material is foliage, whatever it looks like; may be repeated"))
-        .arg(names("wood", "This material is wood, whatever it looks like; may be repeated"))
-        .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print everything as JSON instead"))
-}
-
-/// What was said about materials with `--leaves` and `--wood`.
-pub fn asked(matches: &ArgMatches) -> Asked {
-    let names = |name| matches.get_many::<String>(name).unwrap_or_default().cloned().collect();
-    Asked { leaves: names("leaves"), wood: names("wood") }
+        .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print everything as JSON instead"));
+    subject::add_materials(command)
 }
 
 /// Runs it.
 pub fn run(matches: &ArgMatches) -> Outcome {
-    let asked = asked(matches);
+    let asked = subject::asked(matches);
     let files: Vec<&PathBuf> = matches.get_many("files").unwrap_or_default().collect();
     let mut reports = Vec::new();
     let (mut failed, mut said) = (0, true);
@@ -178,11 +169,4 @@ fn looks(part: &Part) -> String {
 /// A name that fits its column.
 fn cut(name: &str) -> String {
     if name.chars().count() <= 24 { name.to_owned() } else { name.chars().take(23).chain(['…']).collect() }
-}
-
-/// 1234567 as 1,234,567.
-fn grouped(number: usize) -> String {
-    let digits = number.to_string();
-    let groups: Vec<&str> = digits.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
-    groups.join(",")
 }

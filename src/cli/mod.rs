@@ -2,7 +2,9 @@
 //!
 //! Exit codes: 0 all done, 1 at least one photograph failed (the others are written), 2 the arguments make no sense (nothing is written).
 
+mod bake;
 mod batch;
+mod compare;
 mod doctor;
 mod grow;
 mod hints;
@@ -16,6 +18,7 @@ mod preview;
 mod render;
 mod say;
 mod segment;
+mod subject;
 mod usage;
 mod view;
 
@@ -42,6 +45,8 @@ pub fn run() -> ExitCode {
         }
     };
     let outcome = match matches.subcommand() {
+        Some(("bake", m)) => bake::run(m),
+        Some(("compare", m)) => compare::run(m),
         Some(("doctor", m)) => doctor::run(m),
         Some(("methods", m)) => methods::run(m),
         Some(("model", m)) => model::run(m),
@@ -84,10 +89,17 @@ fn command() -> Command {
         .subcommand(render::command().after_help(ABOUT_SHE))
         .subcommand(view::command())
         .subcommand(methods::command())
+        .subcommand(bake::command())
+        .subcommand(compare::command())
         .subcommand(doctor::command())
         .subcommand(grow::command())
         .subcommand(inspect::command())
         .subcommand(photograph::command())
+}
+
+/// The names of all commands.
+fn names() -> Vec<String> {
+    command().get_subcommands().map(|command| command.get_name().to_owned()).collect()
 }
 
 /// What a command returns: its exit code, or a mistake in the arguments.

@@ -7,27 +7,22 @@ use clap::{Arg, ArgMatches, Command, value_parser};
 
 use crate::gpu::Gpu;
 use crate::model::Growth;
-use crate::model::grown::grow_preset;
-use crate::model::import;
 use crate::model::reference::{Asked, ReferenceTree};
 use crate::params::PowerOfTwo;
-use crate::plant::presets::{PRESETS, preset};
 use crate::raster::{PngEffort, jpeg, png_with};
 use crate::render::{LightParams, Renderer};
 use crate::report::studio::{self, Sitting, StudioParams, photograph};
-use crate::{Error, Result, Seed, Warning, files};
+use crate::repr::TreeSource;
+use crate::{Error, Result, Seed, files};
 
 use super::batch::{progress_bar, text_of};
-use super::{Outcome, inspect, look, options, say};
+use super::{Outcome, look, options, say, subject};
 
 /// The command's arguments.
 pub fn command() -> Command {
     let angle = |name: &'static str, help: &'static str| {
         let short = name.trim_end_matches("-deg");
         Arg::new(name).long(name).alias(short).value_name("DEG").allow_negative_numbers(true).help(help)
-    };
-    let names = |name: &'static str, help: &'static str| {
-        Arg::new(name).long(name).value_name("MATERIAL").action(clap::ArgAction::Append).help(help)
     };
     let command = Command::new("photograph")
         .about("Photograph a true tree, for a model to be made of: P.jpg, and the exact masks P.tree.png and P.crown.png")
@@ -38,9 +33,7 @@ pub fn command() -> Command {
              that these enclose, be it wood or sky: the crown as segmentation should find it. What of it is not in P.tree.png are gaps.\n\
              The circle: photograph a tree, `sphereboard model P.jpg --height-m H`, and compare the model with the tree.",
         )
-        .arg(Arg::new("tree").value_name("TREE").required(true).help(
-            "A model of a tree (GLB, glTF or OBJ, of ours or of any other program), or a preset of `sphereboard grow --list`",
-        ))
+        .arg(Arg::new("tree").value_name("TREE").required(true).help(subject::SOURCE_HELP))
         .arg(
             Arg::new("out")
                 .long("out")
@@ -55,13 +48,9 @@ pub fn command() -> Command {
             "How far above the horizon the camera stands, °, as the middle of the tree sees it [default: it stands on the ground, see --eye-m]",
         ))
         .arg(
-            options::seed("Seed of a preset's growth, of clouds, hedge and grain"),
-        )
-        .arg(
             Arg::new("quality").long("quality").value_name("N").allow_negative_numbers(true).default_value("92").help("Of the JPEG, 1 to 100"),
-        )
-        .arg(names("leaves", "This material is foliage, whatever it looks like; may be repeated"))
-        .arg(names("wood", "This material is wood, whatever it looks like; may be repeated"));
+        );
+    let command = subject::add_source(command, "Seed of a preset's growth, of clouds, hedge and grain");
     let command = look::add_adapter(look::add_size_and_sun(command, "1000x1300"));
     let command = options::add::<StudioParams>(command, "Camera and surroundings");
     options::add::<LightParams>(command, "Light")
@@ -83,11 +72,10 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let _folder = files::ready_folder(out.parent().unwrap_or(Path::new("")))?;
 
     let bar = progress_bar(studio::STEPS + 1);
-    let subject = Subject::open(tree, &inspect::asked(matches), sitting.seed)?;
-    subject.tree.warnings.iter().for_each(|Warning { message, .. }| say::err(&format!("{tree}: warning: {message}")));
+    let (truth, growth) = truth(tree, &subject::asked(matches), sitting.seed)?;
     let mut renderer = Renderer::new(Gpu::open(&look::adapter(matches))?)?;
     bar.inc(1);
-    let taken = photograph(&mut renderer, &subject.tree, subject.growth, &sitting, &|| bar.inc(1))?;
+    let taken = photograph(&mut renderer, &truth, growth, &sitting, &|| bar.inc(1))?;
     bar.finish_and_clear();
     let [picture, whole, crown] = outputs;
     let mask = |mask: &crate::raster::Mask| png_with(&mask.to_gray(), PngEffort::Small);
@@ -123,33 +111,18 @@ fn degrees(matches: &ArgMatches, name: &'static str, most: f32) -> Result<Option
     })
 }
 
-/// What is photographed.
-struct Subject {
-    tree: ReferenceTree,
-    /// How the outlines of our own models grow.
-    growth: Option<Growth>,
-}
-
-impl Subject {
-    /// A preset, grown, or a file.
-    fn open(text: &str, asked: &Asked, seed: Seed) -> Result<Self> {
-        if let Some(preset) = preset(text) {
-            let tree = ReferenceTree::new(preset.name.to_owned(), grow_preset(preset, seed)?.parts, asked)?;
-            return Ok(Self { tree, growth: None });
+/// What is photographed, and how the outlines of our own models grow.
+fn truth(text: &str, asked: &Asked, seed: Seed) -> Result<(ReferenceTree, Option<Growth>)> {
+    let (source, mut warnings) = TreeSource::open(text, asked, seed)?;
+    let growth = source.growth();
+    let tree = match source {
+        TreeSource::Reference(tree) => *tree,
+        TreeSource::Model { name, parts, .. } => {
+            let tree = ReferenceTree::new(name, parts, asked)?;
+            warnings.extend(tree.warnings.iter().cloned());
+            tree
         }
-        let path = Path::new(text);
-        let imported = import::open(path).map_err(|error| match error {
-            Error::NoSuchFile { .. } => {
-                let known = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
-                Error::UnknownTree { known, found: text.to_owned() }
-            }
-            other => other,
-        })?;
-        let growth = imported.tree_model.as_ref().map(|model| model.about.growth);
-        let name = path.file_stem().map_or_else(|| "tree".to_owned(), |stem| stem.to_string_lossy().into_owned());
-        let inside = |cause| Error::InFile { path: path.to_owned(), cause: Box::new(cause) };
-        let mut tree = ReferenceTree::new(name, imported.parts, asked).map_err(inside)?;
-        tree.warnings.splice(0..0, imported.warnings);
-        Ok(Self { tree, growth })
-    }
+    };
+    subject::warn(text, &warnings);
+    Ok((tree, growth))
 }

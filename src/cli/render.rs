@@ -10,26 +10,20 @@ use indicatif::ProgressBar;
 
 use crate::geom::Bounds;
 use crate::gpu::layout::Instance;
-use crate::model::import::{self, Imported};
 use crate::raster::{FRAME_MS, exr_depth, gif, png, webp};
 use crate::render::{Picture, Renderer, Shot, Stand, Tree};
 use crate::{Error, Result, files};
 
 use super::look::{self, Look, Orbit};
+use super::subject::{self, Wish};
 use super::{Outcome, batch, options, say};
 
 /// The command's arguments.
 pub fn command() -> Command {
     let file = |name: &'static str| Arg::new(name).long(name).value_name("FILE").value_parser(value_parser!(PathBuf));
     let command = Command::new("render")
-        .about("Draw a model: a picture, its depth, or a turntable")
-        .arg(
-            Arg::new("model")
-                .value_name("MODEL")
-                .required(true)
-                .value_parser(value_parser!(PathBuf))
-                .help("A model: GLB, glTF or OBJ, of ours or of any other program"),
-        )
+        .about("Draw a tree, or what a method makes of it: a picture, its depth, or a turntable")
+        .arg(Arg::new("source").value_name("SOURCE").required(true).help(subject::SOURCE_HELP))
         .arg(file("out").required_unless_present("turntable").help("The picture, PNG"))
         .arg(
             file("depth")
@@ -45,7 +39,8 @@ pub fn command() -> Command {
                 .default_value("75")
                 .help("Pictures of the turntable, 2 to 3600; it shows 25 a second"),
         );
-    look::add(command)
+    let command = subject::add_method(command, false);
+    look::add(subject::add_source(command, "Seed of a preset's growth and of the method"))
 }
 
 /// Runs it.
@@ -53,16 +48,16 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let look = Look::read(matches)?;
     let frames = options::whole(matches, "frames", 2..=3600)?.expect("clap gives the default");
     let path = |name: &str| matches.get_one::<PathBuf>(name).cloned();
-    let model = path("model").expect("clap requires it");
+    let source = matches.get_one::<String>("source").expect("clap requires it");
+    let wish = Wish::read(matches)?;
     let (out, depth, turntable) = (path("out"), path("depth"), path("turntable"));
-    check_outputs(&model, out.as_deref(), depth.as_deref(), turntable.as_deref(), frames)?;
+    check_outputs(source.as_ref(), out.as_deref(), depth.as_deref(), turntable.as_deref(), frames)?;
 
-    let imported = read_model(&model)?;
-    let points: Vec<Vec3> = imported.parts.iter().flat_map(|part| part.surface.mesh.positions.iter().copied()).collect();
+    let subject = wish.subject(source)?;
+    let orbit = look.orbit(&subject.points, turntable.is_some())?;
+    warn_inside(&orbit, &subject.points);
     let mut renderer = look.renderer()?;
-    let tree = upload(&renderer, &imported)?;
-    let orbit = look.orbit(&points, turntable.is_some())?;
-    warn_inside(&orbit, &points);
+    let tree = renderer.upload_built(&subject.built)?;
     let mut scene = Scene { look: &look, orbit, tree: &tree, renderer: &mut renderer };
     if let Some(out) = out {
         let picture = scene.picture(0.0, 0)?;
@@ -78,22 +73,6 @@ pub fn run(matches: &ArgMatches) -> Outcome {
         say::out(&target.display().to_string());
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// A model; what was read otherwise than the file says is told.
-pub fn read_model(path: &Path) -> Result<Imported> {
-    let imported = import::open(path)?;
-    imported.warnings.iter().for_each(|warning| say::err(&format!("{}: warning: {}", path.display(), warning.message)));
-    Ok(imported)
-}
-
-/// Puts a model onto the device; our own know how their outlines grow.
-pub fn upload(renderer: &Renderer, imported: &Imported) -> Result<Tree> {
-    let tree = renderer.upload(&imported.parts)?;
-    Ok(match &imported.tree_model {
-        Some(model) => tree.growing(model.about.growth),
-        None => tree,
-    })
 }
 
 /// One tree on its own, and how it is looked at.

@@ -6,7 +6,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 pub fn sentence(error: &clap::Error, command: Option<&str>) -> String {
     let text = |kind: ContextKind| error.get(kind).map(words).unwrap_or_default();
     let (arg, prior, value) = (text(ContextKind::InvalidArg), text(ContextKind::PriorArg), text(ContextKind::InvalidValue));
-    let known = command.filter(|name| ["model", "segment", "inspect", "grow"].contains(name)).map(|name| format!("{name} "));
+    let known = command.filter(|name| super::names().iter().any(|known| known == name)).map(|name| format!("{name} "));
     let help = format!("`sphereboard {}--help`", known.unwrap_or_default());
     let meant = |suggested: String| if suggested.is_empty() { String::new() } else { format!(", but perhaps {suggested}") };
     match error.kind() {
@@ -14,7 +14,8 @@ pub fn sentence(error: &clap::Error, command: Option<&str>) -> String {
             format!("there is no option {arg}{}; {help} lists all options", meant(text(ContextKind::SuggestedArg)))
         }
         ErrorKind::InvalidSubcommand => format!(
-            "expected a command (model, segment, inspect or grow), but found {}; write for example `sphereboard model oak.jpg --out trees`",
+            "expected a command ({}), but found {}; write for example `sphereboard model oak.jpg --out trees`",
+            super::names().join(", "),
             text(ContextKind::InvalidSubcommand),
         ),
         ErrorKind::MissingRequiredArgument => format!("{arg} must be given, but is missing; {help} explains it"),

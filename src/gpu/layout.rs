@@ -13,6 +13,15 @@ pub const SHARED_NUMBERS: &[(&str, u32)] = &[
     ("GROWN", GROWN),
     ("LENGTH_BITS", LENGTH_BITS),
     ("ROOTS_PER_GROUP", ROOTS_PER_GROUP),
+    ("CAPTURE_SAMPLES", CAPTURE_SAMPLES),
+    ("FACING", Presence::FACING),
+    ("FACING_LEVEL", Presence::FACING_LEVEL),
+    ("FACING_BOTH", Presence::FACING_BOTH),
+    ("FACING_OWN", Presence::FACING_OWN),
+    ("FADE_NEVER", Presence::FADE_NEVER),
+    ("FADE_ALPHA", Presence::FADE_ALPHA),
+    ("TURNED_UPRIGHT", Presence::TURNED_UPRIGHT),
+    ("TURNED_WHOLLY", Presence::TURNED_WHOLLY),
 ];
 
 /// Side of a tile of the picture, pixels.
@@ -25,6 +34,8 @@ pub const FACING_BITS: u32 = 6;
 pub const GROWN: u32 = 0x100;
 /// Bits for the longest growth in pixels: 255 of them. With an offset of one bit more each way it fits a word.
 pub const LENGTH_BITS: u32 = 8;
+/// Samples of a captured pixel along each axis, as the software rasteriser has them.
+pub const CAPTURE_SAMPLES: u32 = 3;
 /// Roots that a workgroup walks.
 pub const ROOTS_PER_GROUP: u32 = 64;
 
@@ -72,6 +83,11 @@ pub struct Frame {
     pub backward: [f32; 3],
     /// Parallel projection: what is deeper by so much is another layer to the smoothing of outlines. In perspective 0.
     pub layer: f32,
+    /// A thing `d` metres away looks as large as one `x + y · d` metres away in the picture for which distances are told
+    /// ([`REFERENCE_FOCAL_PX`](crate::repr::REFERENCE_FOCAL_PX)).
+    pub heights: [f32; 2],
+    /// Unused: keeps the size a multiple of 16.
+    pub pad: [f32; 2],
 }
 
 impl Frame {
@@ -105,6 +121,83 @@ pub struct Material {
     pub tree_height_m: f32,
     /// 1 for leaves, which let light through; 0 for wood.
     pub foliage: f32,
+    /// 1 where the part has a normal map.
+    pub normal_mapped: u32,
+    /// 1 for a picture that stands for foliage which is elsewhere: a card.
+    pub stand_in: u32,
+    /// Middle of the tree's box, object space.
+    pub tree_center: [f32; 3],
+    /// Unused: keeps the next on a multiple of 16.
+    pub pad: f32,
+    /// Half the size of that box, metres.
+    pub tree_half: [f32; 3],
+    /// Unused: keeps the size a multiple of 16.
+    pub pad2: f32,
+}
+
+/// When a part is seen and how its vertices are placed, a [`Seen`](crate::repr::Seen) and a [`Drawn`](crate::repr::Drawn): WGSL `Presence`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Presence {
+    /// From where distances and sides are told, object space.
+    pub anchor: [f32; 3],
+    /// [`Presence::FADE_NEVER`], [`Presence::FADE_HASHED`] or [`Presence::FADE_ALPHA`].
+    pub fade: u32,
+    /// Heights of the tree between which it appears.
+    pub appears: [f32; 2],
+    /// Between which it vanishes.
+    pub vanishes: [f32; 2],
+    /// Unit vector of the side from which it is seen.
+    pub axis: [f32; 3],
+    /// Bits: [`Presence::FACING`], [`Presence::FACING_LEVEL`], [`Presence::FACING_BOTH`], [`Presence::FACING_OWN`].
+    pub facing: u32,
+    /// Where it begins to be seen by the cosine to that side, and where it is seen wholly.
+    pub cosines: [f32; 2],
+    /// 0, [`Presence::TURNED_UPRIGHT`] or [`Presence::TURNED_WHOLLY`].
+    pub drawn: u32,
+    /// Octahedral: frames along each side of the atlas.
+    pub grid: u32,
+    /// What it turns about; octahedral: the middle of what was captured.
+    pub pivot: [f32; 3],
+    /// Octahedral: half the side of each picture, metres.
+    pub radius_m: f32,
+    /// From where it is told how far it is until it vanishes, object space.
+    pub vanish_anchor: [f32; 3],
+    /// Unused: keeps the size a multiple of 16.
+    pub pad: f32,
+}
+
+impl Presence {
+    /// Always seen, from everywhere.
+    pub const FADE_NEVER: u32 = 0;
+    /// Thinned out pixel by pixel.
+    pub const FADE_HASHED: u32 = 1;
+    /// Thinned out by alpha.
+    pub const FADE_ALPHA: u32 = 2;
+    /// It is seen from one side.
+    pub const FACING: u32 = 1;
+    /// By azimuth alone.
+    pub const FACING_LEVEL: u32 = 2;
+    /// And from the other side.
+    pub const FACING_BOTH: u32 = 4;
+    /// By each polygon's own normal.
+    pub const FACING_OWN: u32 = 8;
+    /// A card that turns about the vertical.
+    pub const TURNED_UPRIGHT: u32 = 1;
+    /// A card that faces whoever sees it.
+    pub const TURNED_WHOLLY: u32 = 2;
+}
+
+/// Where a picture for a stand-in is taken from: WGSL `CaptureView`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct CaptureView {
+    /// Object to clip space of the tile being drawn; depth reversed.
+    pub clip_from_object: [[f32; 4]; 4],
+    /// Of depth 0: metres towards the viewer from the middle of the view.
+    pub far_m: f32,
+    /// Metres from depth 0 to depth 1.
+    pub deep_m: f32,
     /// Unused: keeps the size a multiple of 16.
     pub pad: [f32; 2],
 }
@@ -194,6 +287,41 @@ pub struct GrowingCrown {
     pub count: u32,
     /// Unused, keeps the size a multiple of 16.
     pub pad: u32,
+}
+
+/// A corner of an original leaf: WGSL `LeafCorner`, four in a row for each leaf.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct LeafCorner {
+    /// Object space, metres.
+    pub position: [f32; 3],
+    /// Texture coordinate, glTF's.
+    pub u: f32,
+    /// Unit normal, object space.
+    pub normal: [f32; 3],
+    /// The other.
+    pub v: f32,
+}
+
+/// A leaf of any level of detail: WGSL `Leaf`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Leaf {
+    /// Each: original · 8 + corner · 2 + whether the normal is turned round.
+    pub corners: [u32; 4],
+    /// The original whose picture it wears.
+    pub wears: u32,
+    /// Its cluster.
+    pub cluster: u32,
+    /// The leaf that replaces it; [`Leaf::NOTHING`] for one that is never replaced.
+    pub into: u32,
+    /// 1 when that one wears its picture.
+    pub heir: u32,
+}
+
+impl Leaf {
+    /// The number of no leaf, and not that of which a cluster says that it makes none.
+    pub const NOTHING: u32 = u32::MAX - 1;
 }
 
 /// One vertex of a mesh.

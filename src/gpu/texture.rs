@@ -30,8 +30,8 @@ pub fn target(gpu: &Gpu, label: &'static str, [width, height]: [u32; 2], format:
     Target { texture, view }
 }
 
-/// A sampled sRGB texture of the given levels, each half the size of the one before.
-pub fn upload_mips(gpu: &Gpu, label: &'static str, levels: &[RgbaImage]) -> wgpu::TextureView {
+/// A sampled texture of the given levels, each half the size of the one before; `format` has four bytes a texel.
+pub fn upload_mips(gpu: &Gpu, label: &'static str, format: wgpu::TextureFormat, levels: &[RgbaImage]) -> wgpu::TextureView {
     let (width, height) = levels[0].dimensions();
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
@@ -39,7 +39,7 @@ pub fn upload_mips(gpu: &Gpu, label: &'static str, levels: &[RgbaImage]) -> wgpu
         mip_level_count: levels.len() as u32,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8UnormSrgb,
+        format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });

@@ -1,20 +1,31 @@
 //! How alike two pictures are: pictures in, numbers out.
 //!
 //! * [`flip`]: what a person flickering between the two would see (Andersson et al. 2020), mean and 99th percentile;
-//! * [`silhouette_iou`]: how far two outlines cover the same pixels;
+//! * [`ssim`]: how alike their patterns are, whatever their brightness;
+//! * [`silhouette_iou`], [`hausdorff_px`], [`covered_area_error`]: how far two outlines cover the same pixels;
+//! * [`mean_color_difference`]: how far their tones are apart;
+//! * [`depth_rms_m`]: how far what is seen lies apart in depth;
 //! * [`difference`]: the plain figures of OpenImageIO's `idiff`, for any samples, depth among them.
 //!
 //! Pictures of two sizes are an error, never scaled. Transparent pictures are laid over something first: see [`over`].
 
+mod depth;
 mod difference;
 mod flip;
+mod outline;
 mod silhouette;
+mod structure;
+mod tone;
 
 use image::{RgbImage, RgbaImage};
 
+pub use depth::depth_rms_m;
 pub use difference::{Difference, difference, difference_of_pictures};
 pub use flip::{Flip, PIXELS_PER_DEGREE, flip, flip_map};
+pub use outline::{covered_area_error, hausdorff_px};
 pub use silhouette::{silhouette, silhouette_iou};
+pub use structure::ssim;
+pub use tone::mean_color_difference;
 
 use crate::{Error, Result};
 

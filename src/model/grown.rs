@@ -73,16 +73,16 @@ pub struct GrownTree {
 /// # Errors
 /// [`Error::Internal`], which the tests rule out.
 pub fn grow_preset(preset: &Preset, seed: Seed) -> Result<GrownTree> {
-    dress_preset(preset, &preset_skeleton(preset, seed)?, seed)
+    dress_preset(preset, &preset_skeleton(preset, None, seed)?, seed)
 }
 
-/// The bones of a preset, grown up.
+/// The bones of a preset at an age in its own units, or grown up.
 ///
 /// # Errors
-/// [`Error::Internal`], which the tests rule out.
-pub fn preset_skeleton(preset: &Preset, seed: Seed) -> Result<Skeleton> {
+/// Those of [`Grammar::derive`](crate::plant::grammar::Grammar::derive) for an age that it does not take.
+pub fn preset_skeleton(preset: &Preset, age: Option<f64>, seed: Seed) -> Result<Skeleton> {
     let grammar = preset.grammar()?;
-    let age = grammar.initial_age().unwrap_or_default();
+    let age = age.or(grammar.initial_age()).unwrap_or_default();
     let chain = grammar.derive(age, &DeriveParams::default(), seed, &mut |_| {})?;
     draw(&chain, &grammar, grammar.turtle(), seed, age)
 }

@@ -17,7 +17,7 @@ pub use layer::Layer;
 pub use mask::{Mask, Rect};
 pub use mips::mip_chain;
 pub use moving::{FRAME_MS, gif, webp};
-pub use render::{Capture, Light, Material, View, Wrap, render};
+pub use render::{Capture, Light, Material, Texture, View, Wrap, render, render_with};
 pub use srgb::{color_difference, decoded, encoded, to_linear, to_srgb};
 
 /// Texels of less alpha, 0..=1, are gaps: in the atlas, in the file and in the preview alike.

@@ -4,6 +4,8 @@
 //! stays. In parallel projection the texture gradients are constant over a triangle, so its mip level is exact. Colours are averaged
 //! in linear light.
 
+use std::ops::Range;
+
 use glam::{Vec2, Vec3, Vec4};
 use image::{GrayImage, Luma, Rgba, RgbaImage};
 use rayon::prelude::*;
@@ -73,7 +75,11 @@ impl View {
         view(center, (1.04 * half.y.max(half.x / aspect)).max(1e-3))
     }
 
-    fn check(&self) -> Result<()> {
+    /// Whether a picture can be taken.
+    ///
+    /// # Errors
+    /// [`Error::View`] for one without extent or above 16,384 pixels.
+    pub fn check(&self) -> Result<()> {
         let size = 1..=16_384u32;
         let finite = self.axes.iter().chain([&self.center]).all(|v| v.is_finite()) && self.half_size_m.is_finite();
         let sized = size.contains(&self.width_px) && size.contains(&self.height_px) && self.half_size_m.min_element() > 0.0;
@@ -156,25 +162,54 @@ impl Capture {
 /// Samples per pixel and axis: 9 samples hide stairs at outlines and at the alpha test.
 const SAMPLES: u32 = 3;
 
-/// Draws `surfaces` in order.
+/// A texture as the rasteriser samples it, with its smaller sizes. Made once, it serves any number of pictures.
+#[derive(Debug)]
+pub struct Texture(MipChain);
+
+impl Texture {
+    /// `None` for a picture without texels.
+    pub fn of(picture: &RgbaImage) -> Option<Self> {
+        (picture.width() > 0 && picture.height() > 0).then(|| Self(MipChain::of(picture)))
+    }
+}
+
+/// Draws `surfaces`; of two at one depth the first stays.
 ///
 /// # Errors
 /// [`Error::View`] for a picture without extent or above 16,384 pixels; [`Error::Surface`] when a polygon names a vertex that is not
 /// there, or when normals or texture coordinates are neither absent nor one per vertex.
 pub fn render(surfaces: &[(&Surface, Material)], view: &View, light: Option<&Light>) -> Result<Capture> {
+    let textures: Vec<Option<Texture>> = surfaces.iter().map(|(_, material)| material.texture.and_then(Texture::of)).collect();
+    render_with(surfaces, &textures.iter().map(Option::as_ref).collect::<Vec<_>>(), view, light)
+}
+
+/// As [`render`], with the textures of the surfaces already made.
+///
+/// # Errors
+/// Those of [`render`].
+///
+/// # Panics
+/// When there are fewer textures than surfaces.
+pub fn render_with(
+    surfaces: &[(&Surface, Material)],
+    textures: &[Option<&Texture>],
+    view: &View,
+    light: Option<&Light>,
+) -> Result<Capture> {
     view.check()?;
-    let mut triangles = Vec::new();
-    let mut textures = Vec::new();
-    for (surface, material) in surfaces {
+    let mut facets: Vec<Facet> = Vec::new();
+    for (number, (surface, material)) in surfaces.iter().enumerate() {
         check_surface(surface)?;
-        let texture = material.texture.filter(|t| t.width() > 0 && t.height() > 0 && !surface.uvs.is_empty()).map(MipChain::of);
-        textures.push(texture);
-        let drawn = textures.len() - 1;
-        triangles.extend(surface.mesh.triangulated().filter_map(|t| Facet::project(surface, material, drawn, t, view, &textures)));
+        let texture = textures[number].filter(|_| !surface.uvs.is_empty()).map(|texture| &texture.0);
+        let corners: Vec<[u32; 3]> = surface.mesh.triangulated().collect();
+        let projected = |t: &[u32; 3]| Facet::project(surface, material, number, *t, view, texture);
+        facets.par_extend(corners.par_iter().with_min_len(1024).filter_map(projected));
     }
-    let shade = Shader { textures: &textures, materials: surfaces, light, slab_m: view.slab_m };
+    let order = NearToFar::of(&facets, view.height_px);
+    let shade = Shader { textures, materials: surfaces, light, slab_m: view.slab_m };
     let width = view.width_px as usize;
-    let rows: Vec<Vec<Pixel>> = (0..view.height_px).into_par_iter().map(|y| draw_row(y, width, &triangles, &shade)).collect();
+    let rows: Vec<Vec<Pixel>> =
+        (0..view.height_px).into_par_iter().map(|y| draw_row(y, width, &facets, order.row(y), &shade)).collect();
     let mut capture = Capture {
         color: RgbaImage::new(view.width_px, view.height_px),
         depth_m: Vec::with_capacity(width * rows.len()),
@@ -192,6 +227,44 @@ pub fn render(surfaces: &[(&Surface, Material)], view: &View, light: Option<&Lig
         }
     }
     Ok(capture)
+}
+
+/// Which facets each row of pixels meets, nearest first: what lies behind is then seldom shaded.
+struct NearToFar {
+    /// Facets by number, row after row.
+    facets: Vec<u32>,
+    /// Where each row begins in `facets`, and where the last ends.
+    begins: Vec<usize>,
+}
+
+impl NearToFar {
+    fn of(facets: &[Facet], height_px: u32) -> Self {
+        let nearest = |facet: &Facet| facet.corners.iter().map(|c| c.z).fold(f32::NEG_INFINITY, f32::max);
+        let mut order: Vec<(f32, u32)> = facets.iter().map(nearest).zip(0..).collect();
+        order.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let rows_of = |facet: &Facet| {
+            let ys = facet.corners.map(|c| c.y / SAMPLES as f32);
+            let (top, bottom) = (ys.into_iter().fold(f32::MAX, f32::min), ys.into_iter().fold(f32::MIN, f32::max));
+            (top.floor().max(0.0) as usize).min(height_px as usize)
+                ..((bottom.floor() + 1.0).max(0.0) as usize).min(height_px as usize)
+        };
+        let mut begins = vec![0; height_px as usize + 1];
+        facets.iter().flat_map(rows_of).for_each(|row| begins[row + 1] += 1);
+        (1..begins.len()).for_each(|row| begins[row] += begins[row - 1]);
+        let mut next = begins.clone();
+        let mut placed = vec![0; begins[height_px as usize]];
+        for (_, number) in order {
+            for row in rows_of(&facets[number as usize]) {
+                placed[next[row]] = number;
+                next[row] += 1;
+            }
+        }
+        Self { facets: placed, begins }
+    }
+
+    fn row(&self, y: u32) -> &[u32] {
+        &self.facets[self.begins[y as usize]..self.begins[y as usize + 1]]
+    }
 }
 
 fn check_surface(surface: &Surface) -> Result<()> {
@@ -215,19 +288,21 @@ struct Facet {
     /// Inverse of twice the signed area in samples².
     inverse_area: f32,
     surface: usize,
+    /// Whether it has texture coordinates and a texture.
+    textured: bool,
     /// Mip level at which one texel is about one sample.
     level: f32,
 }
 
 impl Facet {
-    /// `None` for triangles that are turned away, degenerate or not finite.
+    /// `None` for triangles that are turned away, outside the picture or its slab, degenerate or not finite.
     fn project(
         surface: &Surface,
         material: &Material,
         index: usize,
         triangle: [u32; 3],
         view: &View,
-        textures: &[Option<MipChain>],
+        texture: Option<&MipChain>,
     ) -> Option<Self> {
         let [right, up, toward] = view.axes;
         let middle = 0.5 * Vec2::new((SAMPLES * view.width_px) as f32, (SAMPLES * view.height_px) as f32);
@@ -238,6 +313,22 @@ impl Facet {
             Vec3::new(middle.x + p.dot(right) * samples_per_m.x, middle.y - p.dot(up) * samples_per_m.y, p.dot(toward))
         });
         let [a, b, c] = corners.map(|p| p.truncate());
+        let edge = 2.0 * middle;
+        let beyond =
+            |axis: usize, low: f32, high: f32| corners.iter().all(|p| p[axis] < low) || corners.iter().all(|p| p[axis] > high);
+        // Most leaves of a small picture lie between its samples.
+        let unsampled = |axis: usize| {
+            let [a, b, c] = corners.map(|p| p[axis]);
+            (a.min(b).min(c) - 0.5).ceil() > (a.max(b).max(c) - 0.5).floor()
+        };
+        if beyond(0, 0.0, edge.x)
+            || beyond(1, 0.0, edge.y)
+            || beyond(2, view.slab_m[0], view.slab_m[1])
+            || unsampled(0)
+            || unsampled(1)
+        {
+            return None;
+        }
         // y points down, so an outward face has negative area here.
         let area = -(b - a).perp_dot(c - a);
         if !area.is_finite() || area.abs() < 1e-9 || (area < 0.0 && !material.two_sided) {
@@ -248,7 +339,7 @@ impl Facet {
         let turn = area.signum();
         let mut normals = at.map(|v| turn * surface.normals.get(v).copied().unwrap_or(face));
         let mut uvs = at.map(|v| surface.uvs.get(v).copied().unwrap_or_default());
-        let level = textures[index].as_ref().map_or(0.0, |t| {
+        let level = texture.map_or(0.0, |t| {
             let size = Vec2::new(t.levels[0].width as f32, t.levels[0].height as f32);
             let texels = ((uvs[1] - uvs[0]) * size).perp_dot((uvs[2] - uvs[0]) * size).abs();
             0.5 * (texels / area.abs()).max(1e-6).log2()
@@ -258,7 +349,24 @@ impl Facet {
             normals.swap(1, 2);
             uvs.swap(1, 2);
         }
-        Some(Self { corners, normals, uvs, inverse_area: 1.0 / area.abs(), surface: index, level })
+        Some(Self { corners, normals, uvs, inverse_area: 1.0 / area.abs(), surface: index, textured: texture.is_some(), level })
+    }
+
+    /// Between which samples of a row of them, `across` long, it may lie: a little wide, since [`Facet::weights`] decides.
+    fn span(&self, y: f32, across: usize) -> Range<usize> {
+        let [a, b, c] = self.corners.map(|p| p.truncate());
+        let (mut left, mut right) = (a.x.min(b.x).min(c.x), a.x.max(b.x).max(c.x));
+        // Counter-clockwise with y downwards: the inside is on the left of an edge that runs down.
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            let (low, high) = (p.y.min(q.y), p.y.max(q.y));
+            if high - low < 1e-3 || y < low || y > high {
+                continue;
+            }
+            let x = p.x + (y - p.y) / (q.y - p.y) * (q.x - p.x);
+            if q.y > p.y { left = left.max(x - 1.0) } else { right = right.min(x + 1.0) }
+        }
+        let first = (left - 0.5).ceil().max(0.0) as usize;
+        first..((right - 0.5).floor() + 1.0).clamp(first as f32, across.max(first) as f32) as usize
     }
 
     /// Barycentric weights of a sample, `None` outside.
@@ -272,7 +380,7 @@ impl Facet {
 }
 
 struct Shader<'a> {
-    textures: &'a [Option<MipChain>],
+    textures: &'a [Option<&'a Texture>],
     materials: &'a [(&'a Surface, Material<'a>)],
     light: Option<&'a Light>,
     slab_m: [f32; 2],
@@ -283,7 +391,7 @@ impl Shader<'_> {
     fn shade(&self, facet: &Facet, [u, v, w]: [f32; 3]) -> Option<(Vec3, Vec3)> {
         let material = &self.materials[facet.surface].1;
         let mut color = Vec4::from_array(material.factor);
-        if let Some(texture) = &self.textures[facet.surface] {
+        if let Some(Texture(texture)) = self.textures[facet.surface].filter(|_| facet.textured) {
             let uv = u * facet.uvs[0] + v * facet.uvs[1] + w * facet.uvs[2];
             color *= texture.sample(uv, facet.level, material.wrap);
         }
@@ -305,28 +413,38 @@ struct Pixel {
     coverage: f32,
 }
 
-fn draw_row(y: u32, width: usize, triangles: &[Facet], shader: &Shader) -> Vec<Pixel> {
-    let empty = (f32::NEG_INFINITY, Vec3::ZERO, Vec3::ZERO);
+/// What one sample shows.
+#[derive(Clone, Copy)]
+struct Sample {
+    depth: f32,
+    color: Vec3,
+    normal: Vec3,
+    /// By number, so that of two at one depth the first stays.
+    facet: u32,
+}
+
+fn draw_row(y: u32, width: usize, facets: &[Facet], near_to_far: &[u32], shader: &Shader) -> Vec<Pixel> {
+    let empty = Sample { depth: f32::NEG_INFINITY, color: Vec3::ZERO, normal: Vec3::ZERO, facet: 0 };
     let across = width * SAMPLES as usize;
     let mut samples = vec![empty; across * SAMPLES as usize];
     let top = y * SAMPLES;
-    for facet in triangles {
-        let ([a, b, c], bottom) = (facet.corners, (top + SAMPLES) as f32);
-        if a.y.min(b.y).min(c.y) > bottom || a.y.max(b.y).max(c.y) < top as f32 {
-            continue;
-        }
-        let first = (a.x.min(b.x).min(c.x) - 0.5).ceil().max(0.0) as usize;
-        let last = ((a.x.max(b.x).max(c.x) - 0.5).floor() + 1.0).clamp(0.0, across as f32) as usize;
+    for &number in near_to_far {
+        let facet = &facets[number as usize];
+        let [a, b, c] = facet.corners;
         for s in 0..SAMPLES as usize {
-            for x in first..last {
-                let Some(w) = facet.weights(Vec2::new(x as f32 + 0.5, top as f32 + s as f32 + 0.5)) else { continue };
+            let y = top as f32 + s as f32 + 0.5;
+            if y < a.y.min(b.y).min(c.y) || y > a.y.max(b.y).max(c.y) {
+                continue;
+            }
+            for x in facet.span(y, across) {
+                let Some(w) = facet.weights(Vec2::new(x as f32 + 0.5, y)) else { continue };
                 let depth = w[0] * a.z + w[1] * b.z + w[2] * c.z;
                 let sample = &mut samples[s * across + x];
-                if depth > sample.0
+                if (depth > sample.depth || depth == sample.depth && number < sample.facet)
                     && (shader.slab_m[0]..=shader.slab_m[1]).contains(&depth)
                     && let Some((color, normal)) = shader.shade(facet, w)
                 {
-                    *sample = (depth, color, normal);
+                    *sample = Sample { depth, color, normal, facet: number };
                 }
             }
         }
@@ -335,7 +453,7 @@ fn draw_row(y: u32, width: usize, triangles: &[Facet], shader: &Shader) -> Vec<P
         let block = (0..SAMPLES as usize).flat_map(|s| &samples[s * across + x * SAMPLES as usize..][..SAMPLES as usize]);
         let mut pixel = Pixel { color: Vec3::ZERO, depth: f32::NEG_INFINITY, normal: Vec3::ZERO, coverage: 0.0 };
         let mut hits = 0.0;
-        for &(depth, color, normal) in block.filter(|s| s.0 > f32::NEG_INFINITY) {
+        for &Sample { depth, color, normal, .. } in block.filter(|s| s.depth > f32::NEG_INFINITY) {
             hits += 1.0;
             pixel.color += color;
             if depth > pixel.depth {
@@ -352,10 +470,12 @@ fn draw_row(y: u32, width: usize, triangles: &[Facet], shader: &Shader) -> Vec<P
 }
 
 /// A texture in linear light and its box-filtered halvings; colours are weighted by alpha, so that hidden ones do not bleed in.
+#[derive(Debug)]
 struct MipChain {
     levels: Vec<Level>,
 }
 
+#[derive(Debug)]
 struct Level {
     width: usize,
     height: usize,

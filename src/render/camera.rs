@@ -2,6 +2,8 @@
 
 use glam::{Mat3, Mat4, Vec3, Vec4};
 
+use crate::repr::REFERENCE_FOCAL_PX;
+
 /// How far the picture opens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Projection {
@@ -105,6 +107,16 @@ impl Camera {
         match self.projection {
             Projection::Perspective { fov_y_rad, near_m } => [0.0, half / (0.5 * fov_y_rad).tan() / near_m],
             Projection::Orthographic { half_height_m, .. } => [half / half_height_m, 0.0],
+        }
+    }
+
+    /// In a picture this tall, what is `d` metres away looks as large as what is `x + y · d` metres away in the picture for which distances
+    /// are told ([`REFERENCE_FOCAL_PX`]).
+    pub fn heights(&self, height_px: u32) -> [f32; 2] {
+        let half = 0.5 * height_px as f32;
+        match self.projection {
+            Projection::Perspective { fov_y_rad, .. } => [0.0, REFERENCE_FOCAL_PX * (0.5 * fov_y_rad).tan() / half],
+            Projection::Orthographic { half_height_m, .. } => [REFERENCE_FOCAL_PX * half_height_m / half, 0.0],
         }
     }
 

@@ -4,9 +4,11 @@ use std::cell::Cell;
 
 use glam::{Mat3, Mat4, Quat, Vec3};
 
+use super::drawer::PassKind;
 use super::limb::{LimbView, Twigs};
-use super::mesh::CrownShape;
+use super::scene::Viewer;
 use super::tiles::{Tiles, screen_rect};
+use super::tree::{CrownShape, Tree};
 use super::wind::Sway;
 use super::{Camera, Projection, Shot, Stage, Stand};
 use crate::Seed;
@@ -142,7 +144,7 @@ impl GrowthInput {
         for stand in stands {
             for instance in stand.instances {
                 // Smooth outlines reach a pixel farther.
-                seer.rect(stand.tree.bounds(), instance).into_iter().for_each(|rect| tree_tiles.add(grown_by(rect, 1.0)));
+                seer.rect(stand.tree.reach(), instance).into_iter().for_each(|rect| tree_tiles.add(grown_by(rect, 1.0)));
             }
         }
         if shot.stage == Stage::Unshaped {
@@ -220,6 +222,7 @@ fn frame_of(shot: &Shot) -> layout::GrowthFrame {
 /// The viewer, and what it needs to see crowns.
 struct Seer<'a> {
     camera: &'a Camera,
+    viewer: Viewer,
     clip_from_world: Mat4,
     size_px: [u32; 2],
     px_per_m: [f32; 2],
@@ -241,6 +244,7 @@ impl<'a> Seer<'a> {
         let [width, height] = shot.size_px;
         Self {
             camera: &shot.camera,
+            viewer: Viewer::of(shot),
             clip_from_world: shot.camera.clip_from_world(width as f32 / height as f32),
             size_px: shot.size_px,
             px_per_m: shot.camera.px_per_m(height),
@@ -276,7 +280,7 @@ impl<'a> Seer<'a> {
             let Some(growth) = shot.growth.of(stand.tree.growth()) else { continue };
             for (place, instance) in stand.instances.iter().enumerate() {
                 let crowns = stand.tree.crowns().iter().enumerate();
-                let seen: Vec<_> = crowns.map(|(i, crown)| self.see(crown, i, instance, &growth)).collect();
+                let seen: Vec<_> = crowns.map(|(i, crown)| self.see(stand.tree, crown, i, instance, &growth)).collect();
                 let longest_px = seen.iter().flatten().map(|seen| seen.longest_px).fold(0.0, f32::max);
                 if longest_px > 0.0 {
                     all.push(Candidate { stand: number, place, growth, longest_px, seen });
@@ -287,8 +291,11 @@ impl<'a> Seer<'a> {
         all
     }
 
-    /// The crown of an instance, where it is in the picture and grows by a pixel or more.
-    fn see(&self, crown: &CrownShape, number: usize, instance: &layout::Instance, growth: &Growth) -> Option<Seen> {
+    /// The crown of an instance, where it is seen, is in the picture and grows by a pixel or more.
+    fn see(&self, tree: &Tree, crown: &CrownShape, number: usize, instance: &layout::Instance, growth: &Growth) -> Option<Seen> {
+        if self.viewer.share(tree, &crown.seen, instance, PassKind::Temporary { wireframe: false }) <= 0.0 {
+            return None;
+        }
         let (world_from_object, turn) = placed(instance);
         let rect = self.rect(Some(crown.bounds), instance)?;
         let center = world_from_object.transform_point3(crown.center);

@@ -7,46 +7,63 @@
 //!                 anti-alias ─▶ picture
 //! ```
 //!
-//! Everything that is drawn comes as [`crate::model::Part`]s; uploaded once as a [`Tree`], it is placed any number of times.
+//! Everything that is drawn comes as a [`BuiltTree`], or as plain [`Part`]s that are always seen; uploaded once as a [`Tree`], it is placed
+//! any number of times. Each kind of part has its [`drawer`].
 
 mod backdrop;
 mod camera;
+mod capture;
 mod composite;
+mod drawer;
+mod forest;
+#[cfg(test)]
+mod forest_tests;
 mod growth;
 mod growth_pass;
 #[cfg(test)]
 mod growth_twin;
+mod impostor;
 mod light;
 mod limb;
 mod mesh;
+mod part;
 mod present;
+mod scene;
 mod shadow;
 mod targets;
 mod tiles;
+mod tree;
 mod wind;
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat4, Vec3};
 use image::RgbaImage;
 
 use crate::geom::Bounds;
 use crate::gpu::{Gpu, PassClock, Target, layout, read_texture};
 use crate::model::Part;
+use crate::repr::BuiltTree;
 use crate::{Error, Result};
 
 pub use camera::{Camera, FOV_Y_RAD, Projection};
+pub use capture::GpuCapture;
 pub use growth::{GrowthChoice, GrowthEdges, GrowthInput, GrowthKeys, GrowthParams, GrowthRoots};
 pub use light::LightParams;
-pub use mesh::{CrownShape, Tree};
 pub use present::Window;
+pub use tree::{CrownShape, Tree};
 pub use wind::WindParams;
 
 use backdrop::Backdrop;
 use composite::Composite;
+use drawer::{Drawer, PassKind};
+use forest::ForestDrawer;
 use growth_pass::GrowthPass;
+use impostor::ImpostorDrawer;
 use light::Light;
-use mesh::{Instances, MeshDrawer, Placed};
+use mesh::MeshDrawer;
+use part::PartStore;
+use scene::Instances;
 use shadow::{SunMap, SunView};
-use targets::Targets;
+use targets::{Targets, color_attachment, depth_attachment};
 use wind::Sway;
 
 crate::choices! {
@@ -112,11 +129,19 @@ pub struct Shot {
     pub wind: WindParams,
     /// How outlines grow.
     pub growth: GrowthParams,
+    /// Draws every tree as if it were so many heights away, as [`repr::Seen`](crate::repr::Seen) has distances: one level of detail,
+    /// wherever the viewer stands. `None` for the level that belongs there.
+    pub level_distance: Option<f32>,
     /// Number of the frame: only [`GrowthKeys::Random`] asks for it.
     pub frame: u32,
 }
 
 impl Shot {
+    /// [`Camera::heights`] of the picture; a told level is a first number with a second below 0.
+    pub(crate) fn heights(&self) -> [f32; 2] {
+        self.level_distance.map_or_else(|| self.camera.heights(self.size_px[1]), |told| [told, -1.0])
+    }
+
     /// A lit picture under a sky in still air, as the parameters' defaults have it.
     pub fn new(camera: Camera, size_px: [u32; 2]) -> Self {
         Self {
@@ -130,6 +155,7 @@ impl Shot {
             light: LightParams::default(),
             wind: WindParams::default(),
             growth: GrowthParams::default(),
+            level_distance: None,
             frame: 0,
         }
     }
@@ -164,12 +190,19 @@ pub struct Renderer {
     frame: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
     backdrop: Backdrop,
+    parts: PartStore,
+    instances: Instances,
     meshes: MeshDrawer,
+    leaves: ForestDrawer,
+    impostors: ImpostorDrawer,
+    /// What changes of level have sent for the last frame.
+    sent_bytes: u64,
     sun: SunMap,
     composite: Composite,
     growth: GrowthPass,
     crowns: wgpu::Buffer,
     targets: Option<Targets>,
+    uploaded_bytes: u64,
     /// Running while a frame is timed.
     clock: Option<PassClock>,
 }
@@ -209,19 +242,49 @@ impl Renderer {
         });
         let sun = SunMap::new(&gpu, 1);
         let backdrop = Backdrop::new(&gpu, &frame_layout, &sun.layout);
-        let meshes = MeshDrawer::new(&gpu, &frame_layout, &sun.layout);
+        let parts = PartStore::new(&gpu);
+        let instances = Instances::new(&gpu);
+        let meshes = MeshDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
+        let leaves = ForestDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
+        let impostors = ImpostorDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
         let composite = Composite::new(&gpu, &frame_layout);
         let growth = GrowthPass::new(&gpu);
         gpu.check()?;
-        Ok(Self { gpu, frame, frame_group, backdrop, meshes, sun, composite, growth, crowns, targets: None, clock: None })
+        Ok(Self {
+            gpu,
+            frame,
+            frame_group,
+            backdrop,
+            parts,
+            instances,
+            meshes,
+            leaves,
+            impostors,
+            sent_bytes: 0,
+            sun,
+            composite,
+            growth,
+            crowns,
+            targets: None,
+            uploaded_bytes: 0,
+            clock: None,
+        })
     }
 
-    /// Puts the parts of a tree onto the device.
+    /// Puts parts onto the device that are always seen.
     ///
     /// # Errors
     /// [`Error::Device`] when they do not fit.
     pub fn upload(&self, parts: &[Part]) -> Result<Tree> {
-        let tree = self.gpu.guarded(|| self.meshes.upload(&self.gpu, parts))?;
+        self.upload_built(&tree::always_seen(parts))
+    }
+
+    /// Puts a tree onto the device as a method has built it.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when it does not fit.
+    pub fn upload_built(&self, built: &BuiltTree) -> Result<Tree> {
+        let tree = self.gpu.guarded(|| Tree::upload(&self.gpu, &self.parts, built))?;
         self.gpu.queue.submit([]); // sent off, so that what it took to send comes back even if nothing is ever drawn
         Ok(tree)
     }
@@ -266,6 +329,21 @@ impl Renderer {
         clock.read(&self.gpu)
     }
 
+    /// What was sent to the device for the last frame because of what it shows of trees: changes of level of foliage.
+    pub fn sent_bytes(&self) -> u64 {
+        self.sent_bytes
+    }
+
+    /// Leaves of foliage in levels of detail that the last frame showed.
+    pub fn leaves_shown(&self) -> usize {
+        self.leaves.leaves_shown()
+    }
+
+    /// Bytes of instances, and of what drawers keep of them, that the last frame sent to the device; 0 when nothing had changed.
+    pub fn uploaded_bytes(&self) -> u64 {
+        self.uploaded_bytes
+    }
+
     /// The picture that [`Renderer::draw`] made last.
     ///
     /// # Panics
@@ -286,8 +364,8 @@ impl Renderer {
         self.resize(shot.size_px)?;
         let targets = self.targets.as_ref().expect("just made");
         let sway = Sway::of(&shot.wind);
-        let ground_m = ground(scene_bounds(stands, Sway::NONE));
-        let casters = scene_bounds(stands, sway).filter(|_| shot.stage == Stage::Lit);
+        let ground_m = ground(scene_bounds(stands, Tree::bounds, Sway::NONE));
+        let casters = scene_bounds(stands, Tree::reach, sway).filter(|_| shot.stage == Stage::Lit);
         if casters.is_some() {
             self.sun.resize(&self.gpu, shot.light.shadow_map_px.0)?;
         }
@@ -296,21 +374,28 @@ impl Renderer {
         let view = casters.map(|casters| SunView::fit(toward_sun, casters, &shot.camera, range_m, self.sun.size_px));
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view, ground_m)));
         self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
-        let mut instances = Instances::default();
-        let drawn = placed(stands, growing, &mut instances);
-        let casters = view.map(|view| casters_of(stands, sway, view, self.sun.size_px, &mut instances));
-        self.meshes.fill(&self.gpu, &instances)?;
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        let sun_map = view.map(|view| (view, self.sun.size_px));
+        let (scene, mut uploaded_bytes) = self.instances.scene(&self.gpu, shot, stands, growing, sun_map)?;
         let gpu = &self.gpu;
+        self.sent_bytes = self.leaves.prepare(gpu, &scene)?;
+        uploaded_bytes += self.sent_bytes + self.meshes.prepare(gpu, &scene)? + self.impostors.prepare(gpu, &scene)?;
+        self.uploaded_bytes = uploaded_bytes;
+        let drawers: [&dyn Drawer; 3] = [&self.meshes, &self.leaves, &self.impostors];
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let mut passed = |encoder: &mut _, pass| self.clock.as_mut().map_or(Ok(()), |clock| clock.passed(gpu, encoder, pass));
         passed(&mut encoder, "begin")?;
-        if let Some(casters) = casters {
-            self.meshes.cast(&mut encoder, &self.frame_group, &self.sun.depth, &casters);
+        if view.is_some() {
+            let mut pass = begin_shadow(&mut encoder, &self.frame_group, &self.sun);
+            drawers.iter().for_each(|drawer| drawer.draw(&mut pass, &scene, PassKind::Shadow));
+            drop(pass);
             passed(&mut encoder, "shadow map")?;
         }
         self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background);
         passed(&mut encoder, "backdrop")?;
-        self.meshes.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, &drawn, shot.show == Show::Wireframe);
+        let kind = PassKind::Temporary { wireframe: shot.show == Show::Wireframe };
+        let mut pass = begin_temporary(&mut encoder, &self.frame_group, &self.sun, targets);
+        drawers.iter().for_each(|drawer| drawer.draw(&mut pass, &scene, kind));
+        drop(pass);
         passed(&mut encoder, "trees")?;
         self.growth.draw(gpu, &mut encoder, targets, growing, &self.crowns)?;
         passed(&mut encoder, "growth")?;
@@ -344,34 +429,36 @@ impl Renderer {
     }
 }
 
-/// The trees with their slots among those that grow.
-fn placed<'a>(stands: &[Stand<'a>], growing: &GrowthInput, instances: &mut Instances) -> Vec<(&'a Tree, Placed)> {
-    let mut of_stand = |(stand, slots): (&Stand<'a>, &Vec<u32>)| {
-        let with_slots = stand.instances.iter().zip(slots).map(|(place, slot)| layout::Instance { extra: *slot, ..*place });
-        (stand.tree, instances.place(with_slots))
-    };
-    stands.iter().zip(&growing.slots).map(&mut of_stand).collect()
+/// Begins the pass into the sun's map.
+fn begin_shadow<'a>(encoder: &'a mut wgpu::CommandEncoder, frame: &wgpu::BindGroup, sun: &SunMap) -> wgpu::RenderPass<'a> {
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("shadow"),
+        depth_stencil_attachment: Some(depth_attachment(&sun.depth, true)),
+        ..Default::default()
+    });
+    pass.set_bind_group(0, frame, &[]);
+    pass
 }
 
-/// The trees that the sun's map of `size_px` texels a side may show.
-fn casters_of<'a>(
-    stands: &[Stand<'a>],
-    sway: Sway,
-    view: SunView,
-    size_px: u32,
-    instances: &mut Instances,
-) -> Vec<(&'a Tree, Placed)> {
-    let of_stand = |stand: &Stand<'a>| {
-        let bounds = stand.tree.bounds()?;
-        let radius = 0.5 * bounds.size().length() + sway.reach_m(bounds.max.y);
-        let seen = |i: &&layout::Instance| {
-            let center =
-                Vec3::from(i.position) + i.scale * (Quat::from_array(i.rotation.map(f32::from)).normalize() * bounds.center());
-            view.sees(center, radius * i.scale, size_px)
-        };
-        Some((stand.tree, instances.place(stand.instances.iter().filter(seen).copied())))
-    };
-    stands.iter().filter_map(of_stand).collect()
+/// Begins the pass into the temporary colour, depth and id buffers, lit through the sun's map.
+fn begin_temporary<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    frame: &wgpu::BindGroup,
+    sun: &SunMap,
+    targets: &Targets,
+) -> wgpu::RenderPass<'a> {
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("trees"),
+        color_attachments: &[
+            color_attachment(&targets.tree_color, Some(wgpu::Color::TRANSPARENT)),
+            color_attachment(&targets.tree_id, Some(wgpu::Color::TRANSPARENT)),
+        ],
+        depth_stencil_attachment: Some(depth_attachment(&targets.tree_depth, true)),
+        ..Default::default()
+    });
+    pass.set_bind_group(0, frame, &[]);
+    pass.set_bind_group(2, &sun.group, &[]);
+    pass
 }
 
 fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
@@ -383,21 +470,20 @@ fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLay
     }
 }
 
-/// The box around everything placed, wherever the wind may push it.
-fn scene_bounds(stands: &[Stand], sway: Sway) -> Option<Bounds> {
-    let corners =
-        stands.iter().filter_map(|stand| Some((stand.tree.bounds()?, stand.instances))).flat_map(|(bounds, instances)| {
-            let reach = Vec3::splat(sway.reach_m(bounds.max.y));
-            let swayed = Bounds { min: bounds.min - reach, max: bounds.max + reach };
-            instances.iter().flat_map(move |instance| placed_corners(swayed, instance))
-        });
+/// The box around everything placed, wherever the wind may push it; `of_tree` is the box of a tree.
+fn scene_bounds(stands: &[Stand], of_tree: impl Fn(&Tree) -> Option<Bounds>, sway: Sway) -> Option<Bounds> {
+    let boxed = stands.iter().filter_map(|stand| Some((of_tree(stand.tree)?, stand)));
+    let corners = boxed.flat_map(|(bounds, stand)| {
+        let reach = Vec3::splat(sway.reach_m(stand.tree.height_m()));
+        let swayed = Bounds { min: bounds.min - reach, max: bounds.max + reach };
+        stand.instances.iter().flat_map(move |instance| placed_corners(swayed, instance))
+    });
     Bounds::of(corners)
 }
 
 /// The corners of a tree's box where an instance stands.
 fn placed_corners(b: Bounds, instance: &layout::Instance) -> [Vec3; 8] {
-    let turn = Quat::from_array(instance.rotation.map(f32::from)).normalize();
-    let at = |x, y, z| Vec3::from(instance.position) + instance.scale * (turn * Vec3::new(x, y, z));
+    let at = |x, y, z| scene::placed_point(instance, Vec3::new(x, y, z));
     let at_height = |y| [at(b.min.x, y, b.min.z), at(b.max.x, y, b.min.z), at(b.min.x, y, b.max.z), at(b.max.x, y, b.max.z)];
     let ([a, b, c, d], [e, f, g, h]) = (at_height(b.min.y), at_height(b.max.y));
     [a, b, c, d, e, f, g, h]
@@ -439,5 +525,7 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> lay
         sun_depth_m: sun.map_or(1.0, |sun| sun.depth_m),
         backward: shot.camera.axes[2].to_array(),
         layer: shot.camera.projection.layer(),
+        heights: shot.heights(),
+        pad: [0.0; 2],
     }
 }

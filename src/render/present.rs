@@ -67,7 +67,8 @@ impl Window {
         renderer.draw(shot, stands)?;
         let (gpu, picture) = (&renderer.gpu, renderer.drawn());
         let blank = RgbaImage::from_pixel(1, 1, Rgba([0; 4]));
-        let panel = upload_mips(gpu, "present.panel", std::slice::from_ref(panel.unwrap_or(&blank)));
+        let panel =
+            upload_mips(gpu, "present.panel", wgpu::TextureFormat::Rgba8UnormSrgb, std::slice::from_ref(panel.unwrap_or(&blank)));
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("present.group"),
             layout: &self.pipeline.get_bind_group_layout(0),

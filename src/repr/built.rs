@@ -4,12 +4,16 @@
 //! and from which sides. Levels of detail, slices that fade, boxes that stand for branches are all parts that are seen at their own
 //! distances; a renderer needs to know nothing else of the method.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::Warning;
 use crate::geom::Bounds;
 use crate::model::{Growth, Part};
+
+use super::lodf::{self, LeafForest};
 
 /// How many pixels high a thing of one metre is at a distance of one metre, in the picture for which distances are told: 1080 rows, 45° from
 /// its lower to its upper edge.
@@ -69,6 +73,9 @@ pub enum Drawn {
     },
     /// A card that faces the viewer and shows the nearest of many captured views.
     Octahedral(Octahedral),
+    /// Leaves that collapse the farther away they are; the part holds the original. Files have plain levels instead ([`BuiltTree::plain`]).
+    #[serde(skip)]
+    Forest(Arc<LeafForest>),
 }
 
 /// An octahedral impostor (Brucks 2018): views from all over the upper half sphere in one atlas. The part's texture holds colour and
@@ -103,6 +110,10 @@ impl Octahedral {
 pub struct Seen {
     /// From where distances are measured.
     pub anchor: Vec3,
+    /// From where those at which it vanishes are measured instead; `None` for the same. What stands for a part of a tree vanishes just where
+    /// what stands for more of it appears, which is measured from the middle of that (Lluch04 §4, fig. 8).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vanish_anchor: Option<Vec3>,
     /// Nothing of it is seen up to the first, all of it from the second on.
     pub appears: [f32; 2],
     /// All of it is seen up to the first, nothing from the second on; `f32::MAX` for never.
@@ -120,7 +131,8 @@ pub enum Facing {
     /// From all.
     Any,
     /// By the cosine between `axis` and the direction from the anchor to the viewer (in the sun's map: to the sun): nothing at or below
-    /// `cosines[0]`, all at or above `cosines[1]`, linear between; a hard edge where they are equal.
+    /// `cosines[0]`, all at or above `cosines[1]`, linear between; a hard edge where they are equal. Where they fall it is the other way
+    /// round: nothing at or above the first, all at or below the second.
     Toward {
         /// Unit vector, object space.
         axis: Vec3,
@@ -130,6 +142,12 @@ pub enum Facing {
         level: bool,
         /// The other side counts as this one.
         both_sides: bool,
+    },
+    /// Each of its polygons from both its sides: the cosine as above, with the polygon's own normal (that of its first vertex) for an axis.
+    /// So many cards that cross fade edge-on in one part.
+    Own {
+        /// Where it begins and where it ends to fade.
+        cosines: [f32; 2],
     },
 }
 
@@ -146,7 +164,14 @@ pub enum Fade {
 
 impl Default for Seen {
     fn default() -> Self {
-        Self { anchor: Vec3::ZERO, appears: [0.0; 2], vanishes: [f32::MAX; 2], facing: Facing::Any, fade: Fade::Hashed }
+        Self {
+            anchor: Vec3::ZERO,
+            vanish_anchor: None,
+            appears: [0.0; 2],
+            vanishes: [f32::MAX; 2],
+            facing: Facing::Any,
+            fade: Fade::Hashed,
+        }
     }
 }
 
@@ -159,9 +184,25 @@ impl Seen {
         Self { anchor, appears, vanishes, ..Self::default() }
     }
 
+    /// Whether all of it is seen at any distance from every side.
+    pub fn is_always(&self) -> bool {
+        self.appears[1] <= 0.0 && self.vanishes[0] == f32::MAX && self.facing == Facing::Any
+    }
+
     /// How much of it is seen at a distance, 0 to 1, whatever the side.
     pub fn share_at(&self, distance: f32) -> f32 {
-        let rise = |[from, to]: [f32; 2]| {
+        self.share_between(distance, distance)
+    }
+
+    /// How much of it is seen by a viewer at `eye`, whatever the side; object space in metres, of a tree of that height.
+    pub fn share_from(&self, eye: Vec3, height_m: f32) -> f32 {
+        let away = |anchor: Vec3| eye.distance(anchor) / height_m;
+        self.share_between(away(self.anchor), away(self.vanish_anchor.unwrap_or(self.anchor)))
+    }
+
+    /// How much of it is seen at a distance from its anchor and another from where it vanishes, 0 to 1, whatever the side.
+    pub fn share_between(&self, near: f32, far: f32) -> f32 {
+        let rise = |distance: f32, [from, to]: [f32; 2]| {
             if distance < from {
                 0.0
             } else if distance >= to {
@@ -170,16 +211,41 @@ impl Seen {
                 (distance - from) / (to - from)
             }
         };
-        rise(self.appears) * (1.0 - rise(self.vanishes))
+        rise(near, self.appears) * (1.0 - rise(far, self.vanishes))
     }
 
-    /// How much of it is seen from the direction `toward_viewer` (unit length), 0 to 1, whatever the distance.
+    /// How much of it is seen from the direction `toward_viewer` (unit length), 0 to 1, whatever the distance; 1 where each polygon has a side
+    /// of its own.
     pub fn share_toward(&self, toward_viewer: Vec3) -> f32 {
         let Facing::Toward { axis, cosines: [none, all], level, both_sides } = self.facing else { return 1.0 };
         let flat = Vec3::new(toward_viewer.x, 0.0, toward_viewer.z);
         let toward = if level { flat.normalize_or(Vec3::Z) } else { toward_viewer };
         let cosine = if both_sides { axis.dot(toward).abs() } else { axis.dot(toward) };
-        if all > none { ((cosine - none) / (all - none)).clamp(0.0, 1.0) } else { f32::from(u8::from(cosine >= all)) }
+        if all != none { ((cosine - none) / (all - none)).clamp(0.0, 1.0) } else { f32::from(u8::from(cosine >= all)) }
+    }
+}
+
+impl Facing {
+    /// A unit axis and finite cosines, rising or equal for polygons of their own.
+    fn is_sound(&self) -> bool {
+        match self {
+            Self::Any => true,
+            Self::Own { cosines: [none, all] } => none.is_finite() && all.is_finite() && none <= all,
+            Self::Toward { axis, cosines: [none, all], .. } => axis.is_normalized() && none.is_finite() && all.is_finite(),
+        }
+    }
+}
+
+impl Drawn {
+    /// Finite numbers, and no more frames than an atlas has texels.
+    fn is_sound(&self) -> bool {
+        match self {
+            Self::Still | Self::Forest(_) => true,
+            Self::Turned { pivot, .. } => pivot.is_finite(),
+            Self::Octahedral(Octahedral { grid, center, radius_m }) => {
+                (2..=64).contains(grid) && center.is_finite() && radius_m.is_finite() && *radius_m > 0.0
+            }
+        }
     }
 }
 
@@ -219,12 +285,24 @@ impl BuiltTree {
         self.parts.iter().filter(move |part| part.seen.share_at(distance) > 0.0)
     }
 
-    /// This and what another method built of the rest of the tree. Levels are those of either that has more.
+    /// The same without what only we can draw: forests of leaves become plain surfaces, one a level.
+    pub fn plain(mut self) -> Self {
+        let plain = |part: BuiltPart| match &part.drawn {
+            Drawn::Forest(forest) => lodf::plain_levels(&part, forest),
+            _ => vec![part],
+        };
+        self.parts = self.parts.into_iter().flat_map(plain).collect();
+        self
+    }
+
+    /// This and what another method built of the rest of the tree. Levels are this one's, or the other's where this has but one, at
+    /// distances near theirs at which nothing of the rest fades.
     pub fn joined(mut self, other: Self) -> Self {
+        let (main, rest) = if self.levels.len() > 1 { (&self, &other) } else { (&other, &self) };
+        let levels =
+            main.levels.iter().map(|level| Level { distance: settled(level.distance, main, rest), ..level.clone() }).collect();
+        self.levels = levels;
         self.parts.extend(other.parts);
-        if other.levels.len() > self.levels.len() {
-            self.levels = other.levels;
-        }
         self.growth = self.growth.or(other.growth);
         self.warnings.extend(other.warnings);
         self
@@ -235,14 +313,24 @@ impl BuiltTree {
     /// # Errors
     /// What is wrong, in words.
     pub fn check(&self) -> Result<(), String> {
+        if !self.bounds.min.is_finite() || !self.bounds.max.is_finite() {
+            return Err("its box is not finite".to_owned());
+        }
         if self.parts.is_empty() || self.levels.is_empty() {
             return Err("nothing was built".to_owned());
         }
-        for BuiltPart { part, seen, .. } in &self.parts {
+        for BuiltPart { part, drawn, seen } in &self.parts {
             part.check().map_err(|what| format!("{}: {what}", part.name))?;
             let ends = [seen.appears[0], seen.appears[1], seen.vanishes[0], seen.vanishes[1]];
-            if !seen.anchor.is_finite() || ends.iter().any(|d| d.is_nan() || *d < 0.0) || !ends.is_sorted() {
+            if !seen.anchor.is_finite()
+                || seen.vanish_anchor.is_some_and(|anchor| !anchor.is_finite())
+                || ends.iter().any(|d| d.is_nan() || *d < 0.0)
+                || !ends.is_sorted()
+            {
                 return Err(format!("{}: it appears and vanishes at {ends:?}, which are no rising distances", part.name));
+            }
+            if !seen.facing.is_sound() || !drawn.is_sound() {
+                return Err(format!("{}: its axes and pivots are not finite", part.name));
             }
         }
         let distances = self.levels.iter().map(|level| level.distance);
@@ -251,6 +339,15 @@ impl BuiltTree {
         }
         Ok(())
     }
+}
+
+/// The distance nearest to `distance` at which as much as there is seen of the parts of `main`, and all or nothing of each of `rest`;
+/// `distance` itself where there is none within a factor of three.
+fn settled(distance: f32, main: &BuiltTree, rest: &BuiltTree) -> f32 {
+    let same = |d: f32| main.parts.iter().all(|part| part.seen.share_at(d) == part.seen.share_at(distance));
+    let whole = |d: f32| rest.parts.iter().all(|part| [0.0, 1.0].contains(&part.seen.share_at(d)));
+    let steps = (0..=60).flat_map(|step| [step, -step]);
+    steps.map(|step| distance * 1.02f32.powi(step)).find(|d| same(*d) && whole(*d)).unwrap_or(distance)
 }
 
 #[cfg(test)]
@@ -270,6 +367,26 @@ mod tests {
     }
 
     #[test]
+    fn levels_of_a_joined_tree_are_where_nothing_fades() {
+        let tree = |ends: &[f32], distances: &[f32]| {
+            let part = Part { name: String::new(), surface: Default::default(), material: Default::default(), crown_center: None };
+            let seen = ends.windows(2).map(|ends| Seen::between(Vec3::ZERO, ends[0], ends[1], 0.15));
+            let parts = seen.map(|seen| BuiltPart::still(part.clone()).seen(seen)).collect();
+            let levels = distances.iter().map(|distance| Level { name: String::new(), distance: *distance }).collect();
+            BuiltTree { levels, ..BuiltTree::new(Bounds { min: Vec3::ZERO, max: Vec3::ONE }, parts) }
+        };
+        let main = || tree(&[0.0, 10.0, 30.0, f32::MAX], &[5.0, 17.0, 60.0]);
+        let other = || tree(&[0.0, 5.0, f32::MAX], &[2.0, 9.0]);
+        let one = || tree(&[0.0, f32::MAX], &[1.0]);
+        for (joined, parts_seen) in [(main().joined(other()), 2.0), (main().joined(one()), 2.0), (one().joined(main()), 2.0)] {
+            let distances: Vec<f32> = joined.levels.iter().map(|level| level.distance).collect();
+            assert!(distances[0] < 10.0 && distances[1..] == [17.0, 60.0], "{distances:?}");
+            let shares = joined.parts.iter().map(|part| part.seen.share_at(distances[0]));
+            assert!(shares.clone().all(|share| share == 0.0 || share == 1.0) && shares.sum::<f32>() == parts_seen, "{distances:?}");
+        }
+    }
+
+    #[test]
     fn a_side_is_told_by_azimuth_alone_where_asked() {
         let seen = Seen {
             facing: Facing::Toward { axis: Vec3::X, cosines: [0.5, 0.5], level: true, both_sides: false },
@@ -281,6 +398,11 @@ mod tests {
         };
         assert_eq!((at(90.0, 20.0), at(31.0, 0.0), at(29.0, 0.0), at(270.0, 0.0)), (1.0, 1.0, 0.0, 0.0));
         assert_eq!(seen.share_toward(Vec3::Y), 0.0);
+        // Seen but from above.
+        let facing = Facing::Toward { axis: Vec3::Y, cosines: [0.9, 0.5], level: false, both_sides: false };
+        let low = Seen { facing, ..Seen::default() };
+        let at = |y: f32| low.share_toward(Vec3::new((1.0 - y * y).sqrt(), y, 0.0));
+        assert!(at(-1.0) == 1.0 && at(0.5) == 1.0 && (at(0.7) - 0.5).abs() < 1e-5 && at(0.95) == 0.0);
     }
 
     #[test]

@@ -11,10 +11,10 @@ use glam::{Vec2, Vec3};
 use image::{Rgba, RgbaImage};
 use rayon::prelude::*;
 
-use crate::Result;
 use crate::geom::{Bounds, PolyMesh, Surface};
 use crate::model::{Material, Part, Wrap};
 use crate::raster::{self, ALPHA_CUTOFF, Layer, View, to_linear, to_srgb};
+use crate::{Error, Result};
 
 use super::Capture;
 
@@ -69,14 +69,31 @@ pub fn window_around(points: impl IntoIterator<Item = Vec3>, axes: [Vec3; 3]) ->
     Bounds::of(points.into_iter().map(|p| Vec3::from(axes.map(|axis| axis.dot(p)))))
 }
 
+/// Texels taken at a time: what a picture is while it is taken needs some 50 bytes a texel.
+const BATCH_TEXELS: u64 = 1 << 23;
+/// Bytes that all pictures of a tree may take while it is built, normals and smaller sizes included: a bound on memory. What a user allows
+/// is checked on what was built ([`super::limits`]).
+const LIMIT_BYTES: u64 = 1 << 30;
+
 /// Takes `cards` of `parts`: a part each, seen from both sides; `None` for one in which nothing is seen.
 ///
 /// # Errors
-/// Those of [`Capture::take`].
+/// [`Error::TooManyPictures`] when they would take more than 1 GiB, and those of [`Capture::take`].
 pub fn captured(capture: &dyn Capture, parts: &[&Part], cards: &[Card]) -> Result<Vec<Option<Part>>> {
-    let views: Vec<View> = cards.iter().map(Card::view).collect();
-    let taken = capture.take(parts, &views)?;
-    Ok(cards.par_iter().zip(&taken).map(|(card, taken)| part(card, taken)).collect())
+    let texels = |card: &Card| u64::from(card.size_px[0]) * u64::from(card.size_px[1]);
+    // A picture and its normals, 4 bytes a texel each, and a third for their smaller sizes.
+    let bytes = cards.iter().map(texels).sum::<u64>() * 8 / 3 * 4;
+    if bytes > LIMIT_BYTES {
+        return Err(Error::TooManyPictures { limit_mib: LIMIT_BYTES >> 20, pictures: cards.len(), found_mib: bytes >> 20 });
+    }
+    let largest = cards.iter().map(texels).max().unwrap_or(1).max(1);
+    let mut made = Vec::with_capacity(cards.len());
+    for cards in cards.chunks((BATCH_TEXELS / largest).max(1) as usize) {
+        let views: Vec<View> = cards.iter().map(Card::view).collect();
+        let taken = capture.take(parts, &views)?;
+        made.par_extend(cards.par_iter().zip(&taken).map(|(card, taken)| part(card, taken)));
+    }
+    Ok(made)
 }
 
 fn part(card: &Card, taken: &raster::Capture) -> Option<Part> {
@@ -176,7 +193,7 @@ mod tests {
         let tilted = Vec3::new(0.6, 0.0, 0.8);
         let (near, far) = (leaf(Vec3::ZERO, tilted), leaf(Vec3::new(0.0, 0.0, -3.0), Vec3::Z));
         let window = Bounds { min: Vec3::new(-1.0, -1.0, -1.0), max: Vec3::ONE };
-        let taken = captured(&SoftwareCapture, &[&near, &far], &[front(window, [32, 32])]).unwrap();
+        let taken = captured(&SoftwareCapture::new(), &[&near, &far], &[front(window, [32, 32])]).unwrap();
         let part = taken[0].as_ref().unwrap();
         part.check().unwrap();
         let normals = part.material.normal_texture.as_ref().unwrap();
@@ -204,7 +221,7 @@ mod tests {
             .collect();
         let window = Bounds { min: Vec3::splat(-1.0), max: Vec3::ONE };
         let parts: Vec<&Part> = leaves.iter().collect();
-        let taken = captured(&SoftwareCapture, &parts, &[front(window, [16, 16])]).unwrap();
+        let taken = captured(&SoftwareCapture::new(), &parts, &[front(window, [16, 16])]).unwrap();
         let texture = taken[0].as_ref().unwrap().material.texture.as_ref().unwrap();
         let there = texture.pixels().filter(|p| f32::from(p.0[3]) >= 255.0 * ALPHA_CUTOFF).count() as f32 / 256.0;
         // 40 strips of 0.02 m × 1 m in 4 m².
@@ -212,11 +229,23 @@ mod tests {
     }
 
     #[test]
+    fn many_pictures_are_taken_in_order_and_too_many_are_refused() {
+        let part = leaf(Vec3::ZERO, Vec3::Z);
+        let window = Bounds { min: Vec3::splat(-1.0), max: Vec3::ONE };
+        let cards: Vec<Card> = (1..=5).map(|k| front(window, [4 * k, 4])).collect();
+        let taken = captured(&SoftwareCapture::new(), &[&part], &cards).unwrap();
+        let widths: Vec<u32> = taken.iter().flatten().map(|part| part.material.texture.as_ref().unwrap().width()).collect();
+        assert_eq!(widths, [4, 8, 12, 16, 20]);
+        let refused = captured(&SoftwareCapture::new(), &[&part], &vec![front(window, [2048, 2048]); 40]).unwrap_err();
+        assert!(refused.to_string().contains("texture_px"), "{refused}");
+    }
+
+    #[test]
     fn an_empty_window_gives_no_card_and_a_flat_one_does_not_fail() {
         let part = leaf(Vec3::ZERO, Vec3::Z);
         let aside = Bounds { min: Vec3::splat(5.0), max: Vec3::splat(6.0) };
         let flat = Bounds { min: Vec3::new(-1.0, -1.0, 0.0), max: Vec3::new(1.0, 1.0, 0.0) };
-        let taken = captured(&SoftwareCapture, &[&part], &[front(aside, [8, 8]), front(flat, [8, 8])]).unwrap();
+        let taken = captured(&SoftwareCapture::new(), &[&part], &[front(aside, [8, 8]), front(flat, [8, 8])]).unwrap();
         assert!(taken[0].is_none() && taken[1].is_some());
     }
 }

@@ -4,15 +4,33 @@
 //! [`METHODS`] is the only list of them: the command line, the comparison, the groves and the tests walk it. Adding a method is one file
 //! with a [`Representation`] and one row; only a new way of drawing is a new [`Drawn`].
 
+mod billboard;
+mod billboard_cloud;
+pub mod box_hierarchy;
 mod built;
 mod capture;
 pub mod card;
+mod crossed_planes;
 mod csg;
+pub mod file;
 mod geometry;
+pub mod grid_slices;
+pub mod levels;
+pub mod limits;
+pub mod lodf;
+pub mod lodstrips;
+mod meshopt;
+pub mod multichain;
+mod octahedral;
+mod pick;
 mod settings;
+mod slices;
 mod source;
 mod sphere_board;
 mod stats;
+#[cfg(test)]
+mod trial;
+pub mod vdf;
 
 use std::time::Instant;
 
@@ -20,12 +38,29 @@ use crate::{Error, Result, Seed};
 
 pub use built::{BuiltPart, BuiltTree, Drawn, Facing, Fade, Level, Octahedral, REFERENCE_FOCAL_PX, Seen};
 pub use capture::{Capture, SoftwareCapture};
-pub use settings::{Settings, tabled};
-pub use source::{SourceKind, TreeSource};
+pub use settings::{Settings, Switch, tabled};
+pub use source::{SourceKind, TreeSource, open_model};
 pub use stats::Stats;
 
 /// Every method, in the order in which they are listed and compared.
-pub const METHODS: &[&dyn Representation] = &[&geometry::Geometry, &csg::Csg, &sphere_board::SphereBoard];
+#[rustfmt::skip]
+pub const METHODS: &[&dyn Representation] = &[
+    &geometry::Geometry,
+    &billboard::Billboard,
+    &crossed_planes::CrossedPlanes,
+    &slices::Slices,
+    &grid_slices::GridSlices,
+    &box_hierarchy::BoxHierarchy,
+    &csg::Csg,
+    &sphere_board::SphereBoard,
+    &octahedral::OctahedralImpostor,
+    &billboard_cloud::BillboardCloud,
+    &meshopt::Meshopt,
+    &lodf::Lodf,
+    &multichain::Multichain,
+    &lodstrips::LodstripsWood,
+    &vdf::Vdf,
+];
 
 /// How much of a tree a method builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,7 +90,7 @@ pub struct Job<'a> {
 /// What an update of a built tree has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dirty {
-    /// Only these parts, by number.
+    /// Only the parts from the first number up to before the second.
     Parts(usize, usize),
     /// Everything.
     All,
@@ -83,7 +118,7 @@ pub trait Representation: Sync {
     /// Its parameters with meanings, units, ranges, defaults and sources.
     fn specs(&self) -> Vec<crate::params::ParamSpec>;
 
-    /// Who builds the wood where this builds only the leaves, unless another is asked for.
+    /// Who builds the wood where this builds only the leaves, unless another is asked for; `geometry` does where that cannot.
     fn partner(&self) -> &'static str {
         "geometry"
     }
@@ -101,10 +136,11 @@ pub trait Representation: Sync {
     fn build(&self, job: &Job) -> Result<BuiltTree>;
 
     /// Brings `built` up to date with a source that has grown on (Truelsen §9.2); unless a method knows better, all of it is built anew.
+    /// `turn` counts the calls, from 0: a method that does only a part of the work in each knows by it what comes next.
     ///
     /// # Errors
     /// As [`Representation::build`].
-    fn update(&self, built: &mut BuiltTree, job: &Job) -> Result<Dirty> {
+    fn update(&self, built: &mut BuiltTree, job: &Job, _turn: usize) -> Result<Dirty> {
         *built = self.build(job)?;
         Ok(Dirty::All)
     }
@@ -137,11 +173,12 @@ pub struct Order<'a> {
 /// Builds what was ordered from `source`: the method, joined with another for the wood or the leaves where it builds only one of them.
 ///
 /// # Errors
-/// [`Error::UnknownMethod`], [`Error::NotApplicable`] with the reason, those of [`Representation::build`], and [`Error::Internal`] when
+/// [`Error::UnknownMethod`], [`Error::TreeTooLarge`], [`Error::NotApplicable`] with the reason, those of [`Representation::build`], and [`Error::Internal`] when
 /// what was built breaks a promise ([`BuiltTree::check`]).
 pub fn build(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Result<BuiltTree> {
     let begun = Instant::now();
     let main = method(order.method)?;
+    limits::check_source(source)?;
     let (own, for_trunk) = order.settings.split("trunk.");
     let scopes = main.scopes();
     let make = |method: &dyn Representation, scope, settings: &Settings| {
@@ -151,7 +188,7 @@ pub fn build(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Resul
     };
     let joins = scopes.contains(&Scope::Foliage) && (order.trunk.is_some() || scopes[0] == Scope::Foliage);
     let built = if joins {
-        let partner = method(order.trunk.unwrap_or(main.partner()))?;
+        let partner = wood_method(main, order.trunk, source)?;
         if !partner.scopes().contains(&Scope::Wood) {
             return Err(Error::UnknownMethod { known: ids_of(Scope::Wood), found: partner.id().to_owned() });
         }
@@ -167,6 +204,17 @@ pub fn build(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Resul
     };
     built.check().map_err(|what| Error::Internal { stage: "repr", what: format!("{}: {what}", main.id()) })?;
     Ok(BuiltTree { method: main.id().to_owned(), build_ms: begun.elapsed().as_secs_f64() * 1e3, ..built })
+}
+
+/// Who builds the wood of `source` beside `main`, which builds its leaves.
+///
+/// # Errors
+/// [`Error::UnknownMethod`] for one that is asked for and not there.
+pub fn wood_method(main: &dyn Representation, asked: Option<&str>, source: &TreeSource) -> Result<&'static dyn Representation> {
+    match asked {
+        Some(id) => method(id),
+        None => method(main.partner()).and_then(|own| if takes(own, source).is_ok() { Ok(own) } else { method("geometry") }),
+    }
 }
 
 /// Whether `method` takes `source`.

@@ -5,6 +5,16 @@ use crate::{Error, Result};
 
 use super::Representation;
 
+crate::choices! {
+    /// Whether a method does a thing.
+    pub enum Switch {
+        /// It does not.
+        Off = "off",
+        /// It does.
+        On = "on",
+    }
+}
+
 /// Names and values, in the order in which they were set.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Settings(Vec<(String, String)>);

@@ -6,11 +6,11 @@ use glam::Vec3;
 
 use crate::geom::Bounds;
 use crate::model::grown::{dress_preset, preset_skeleton};
-use crate::model::import;
+use crate::model::import::{self, Imported};
 use crate::model::reference::{Asked, ReferenceTree};
 use crate::model::{Growth, Part, TreeModel};
 use crate::plant::Skeleton;
-use crate::plant::presets::{PRESETS, preset};
+use crate::plant::presets::{PRESETS, Preset, preset};
 use crate::{Error, Result, Seed, Warning};
 
 use super::Scope;
@@ -32,7 +32,8 @@ pub enum TreeSource {
 }
 
 /// What a source is, as far as methods ask.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum SourceKind {
     /// A true tree with the bones it was grown on.
     Grown,
@@ -59,6 +60,20 @@ impl SourceKind {
     }
 }
 
+/// The model file that a user names where a preset might stand as well.
+///
+/// # Errors
+/// [`Error::UnknownTree`] where there is no such file, which names the presets; those of [`import::open`].
+pub fn open_model(text: &str) -> Result<Imported> {
+    import::open(Path::new(text)).map_err(|error| match error {
+        Error::NoSuchFile { .. } => {
+            let known = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+            Error::UnknownTree { known, found: text.to_owned() }
+        }
+        other => other,
+    })
+}
+
 impl TreeSource {
     /// What a user names: a preset, grown here with its bones, or the file of a model. `asked` says which materials of a file are wood or
     /// foliage.
@@ -67,21 +82,10 @@ impl TreeSource {
     /// [`Error::UnknownTree`] for neither, those of [`import::open`] and [`ReferenceTree::new`].
     pub fn open(text: &str, asked: &Asked, seed: Seed) -> Result<(Self, Vec<Warning>)> {
         if let Some(preset) = preset(text) {
-            let skeleton = preset_skeleton(preset, seed)?;
-            let parts = dress_preset(preset, &skeleton, seed)?.parts;
-            let mut tree = ReferenceTree::new(preset.name.to_owned(), parts, asked)?;
-            tree.skeleton = Some(skeleton);
-            let warnings = tree.warnings.clone();
-            return Ok((Self::reference(tree), warnings));
+            return Self::grown(preset, None, asked, seed);
         }
         let path = Path::new(text);
-        let imported = import::open(path).map_err(|error| match error {
-            Error::NoSuchFile { .. } => {
-                let known = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
-                Error::UnknownTree { known, found: text.to_owned() }
-            }
-            other => other,
-        })?;
+        let imported = open_model(text)?;
         let name = path.file_stem().map_or_else(|| "tree".to_owned(), |stem| stem.to_string_lossy().into_owned());
         if let Some(model) = imported.tree_model {
             return Ok((Self::model(name, model), imported.warnings));
@@ -89,6 +93,19 @@ impl TreeSource {
         let inside = |cause| Error::InFile { path: path.to_owned(), cause: Box::new(cause) };
         let tree = ReferenceTree::new(name, imported.parts, asked).map_err(inside)?;
         let warnings = imported.warnings.into_iter().chain(tree.warnings.iter().cloned()).collect();
+        Ok((Self::reference(tree), warnings))
+    }
+
+    /// A preset with its bones, at an age or grown up.
+    ///
+    /// # Errors
+    /// Those of [`preset_skeleton`], [`dress_preset`] and [`ReferenceTree::new`].
+    pub fn grown(preset: &Preset, age: Option<f64>, asked: &Asked, seed: Seed) -> Result<(Self, Vec<Warning>)> {
+        let skeleton = preset_skeleton(preset, age, seed)?;
+        let parts = dress_preset(preset, &skeleton, seed)?.parts;
+        let mut tree = ReferenceTree::new(preset.name.to_owned(), parts, asked)?;
+        tree.skeleton = Some(skeleton);
+        let warnings = tree.warnings.clone();
         Ok((Self::reference(tree), warnings))
     }
 
@@ -157,6 +174,21 @@ impl TreeSource {
     /// [`Error::EmptyModel`] where there is nothing.
     pub fn box_of_all(&self) -> Result<Bounds> {
         self.bounds(Scope::Tree).ok_or_else(|| Error::EmptyModel { why: String::new() })
+    }
+
+    /// Where the trunk stands on its lowest twentieth, metres: what upright cards turn about and planes cross in. Of a tree without wood,
+    /// under its middle.
+    pub fn foot(&self) -> Vec3 {
+        let scope = if self.bounds(Scope::Wood).is_some() { Scope::Wood } else { Scope::Tree };
+        let low = |all: Bounds| Bounds::of(self.points(scope).filter(|p| p.y <= all.min.y + 0.05 * all.size().y));
+        let middle = self.bounds(scope).and_then(low).map_or(Vec3::ZERO, |foot| foot.center());
+        Vec3::new(middle.x, 0.0, middle.z)
+    }
+
+    /// Why no picture can be taken of it; `None` where one can.
+    pub fn without_extent(&self) -> Option<String> {
+        let seen = self.bounds(Scope::Tree).is_some_and(|all| all.size().is_finite() && all.size().max_element() > 1e-6);
+        (!seen).then(|| "it has no extent of which a picture could be taken".to_owned())
     }
 
     /// How outlines grow, where a photograph told.

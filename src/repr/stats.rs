@@ -5,7 +5,7 @@ use std::sync::Arc;
 use image::RgbaImage;
 use serde::Serialize;
 
-use super::{BuiltPart, BuiltTree};
+use super::{BuiltPart, BuiltTree, Drawn};
 
 /// What one level of a built tree costs.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
@@ -29,11 +29,22 @@ pub struct Stats {
 /// Bytes of a vertex and of a triangle's corners on the device.
 const VERTEX_BYTES: usize = 32;
 const TRIANGLE_BYTES: usize = 12;
+/// Bytes of the corners of a leaf in a forest.
+const LEAF_BYTES: usize = 4 * VERTEX_BYTES;
 
 impl Stats {
     /// What is seen at a distance.
     pub fn at(built: &BuiltTree, distance: f32) -> Self {
-        Self::of(built.parts_at(distance))
+        let mut stats = Self::of(built.parts_at(distance));
+        for BuiltPart { part, drawn, .. } in built.parts_at(distance) {
+            if let Drawn::Forest(forest) = drawn {
+                // All levels lie on the device; one is drawn.
+                let (all, shown) = (part.surface.mesh.polygon_count(), forest.leaves_at(distance));
+                stats.polygons -= all - shown;
+                stats.triangles -= (part.surface.mesh.triangulated().count()).min(2 * (all - shown));
+            }
+        }
+        stats
     }
 
     /// Everything that the tree holds.
@@ -49,14 +60,17 @@ impl Stats {
     fn of<'a>(parts: impl IntoIterator<Item = &'a BuiltPart>) -> Self {
         let mut stats = Self::default();
         let mut pictures: Vec<&Arc<RgbaImage>> = vec![];
-        for BuiltPart { part, .. } in parts {
+        for BuiltPart { part, drawn, .. } in parts {
             let mesh = &part.surface.mesh;
             let triangles = mesh.triangles.len() + 2 * mesh.quads.len();
             stats.triangles += triangles;
             stats.polygons += mesh.polygon_count();
             stats.vertices += mesh.positions.len();
             stats.draw_calls += 1;
-            stats.geometry_bytes += VERTEX_BYTES * mesh.positions.len() + TRIANGLE_BYTES * triangles;
+            stats.geometry_bytes += match drawn {
+                Drawn::Forest(forest) => LEAF_BYTES * mesh.polygon_count() + forest.device_bytes(),
+                _ => VERTEX_BYTES * mesh.positions.len() + TRIANGLE_BYTES * triangles,
+            };
             for picture in [&part.material.texture, &part.material.normal_texture].into_iter().flatten() {
                 if !pictures.iter().any(|known| Arc::ptr_eq(known, picture)) {
                     pictures.push(picture);

@@ -14,11 +14,10 @@ use winit::window::{Window, WindowId};
 use super::state::{Request, State};
 use super::{keys, overlay};
 use crate::cli::look::Look;
-use crate::cli::{render, say};
+use crate::cli::say;
+use crate::cli::subject::Subject;
 use crate::geom::Bounds;
 use crate::gpu::layout::Instance;
-use crate::model::import::Imported;
-use crate::model::{self, Part};
 use crate::raster::png;
 use crate::render::{Renderer, Shot, Stand, Tree, Window as Pane};
 use crate::{Error, Result, files};
@@ -31,7 +30,7 @@ const HIDDEN: Duration = Duration::from_millis(200);
 /// The application that winit runs.
 pub struct App {
     look: Look,
-    trees: Vec<Imported>,
+    trees: Vec<Subject>,
     screenshots: PathBuf,
     opened: Instant,
     closes: Option<Instant>,
@@ -58,8 +57,9 @@ struct Open {
 
 impl App {
     /// An application that will open a window onto those trees.
-    pub fn new(look: Look, trees: Vec<Imported>, screenshots: PathBuf, seconds: Option<u64>) -> Result<Self> {
-        let points: Vec<Vec3> = trees.iter().zip(places(&trees)).flat_map(|(tree, at)| corners(&tree.parts, at)).collect();
+    pub fn new(look: Look, trees: Vec<Subject>, screenshots: PathBuf, seconds: Option<u64>) -> Result<Self> {
+        let points: Vec<Vec3> =
+            trees.iter().zip(places(&trees)).flat_map(|(tree, at)| tree.points.iter().map(move |p| *p + at)).collect();
         let state = State::new(&look, look.orbit(&points, false)?);
         let opened = Instant::now();
         let closes = seconds.map(|seconds| opened + Duration::from_secs(seconds));
@@ -92,8 +92,8 @@ impl App {
         let window = Arc::new(window);
         let renderer = self.look.renderer()?;
         let pane = Pane::new(&renderer, window.clone(), window.inner_size().into())?;
-        let upload = |(tree, at): (&Imported, Vec3)| {
-            Ok((render::upload(&renderer, tree)?, Instance { position: at.to_array(), ..Instance::IDENTITY }))
+        let upload = |(tree, at): (&Subject, Vec3)| {
+            Ok((renderer.upload_built(&tree.built)?, Instance { position: at.to_array(), ..Instance::IDENTITY }))
         };
         let placed = self.trees.iter().zip(places(&self.trees)).map(upload).collect::<Result<_>>()?;
         Ok(Open { window, renderer, pane, placed, frame_ms: 0.0 })
@@ -253,9 +253,8 @@ fn stands(placed: &[(Tree, Instance)]) -> Vec<Stand<'_>> {
 }
 
 /// Where each tree stands: in a row along +X, none touching the next, their middle at the origin.
-fn places(trees: &[Imported]) -> Vec<Vec3> {
-    let bounds: Vec<Bounds> =
-        trees.iter().map(|tree| model::bounds(&tree.parts).unwrap_or(Bounds { min: Vec3::ZERO, max: Vec3::ZERO })).collect();
+fn places(trees: &[Subject]) -> Vec<Vec3> {
+    let bounds: Vec<Bounds> = trees.iter().map(|tree| tree.built.bounds).collect();
     let gap = 0.15 * bounds.iter().map(|b| b.size().x).fold(0.0, f32::max);
     let total: f32 = bounds.iter().map(|b| b.size().x).sum::<f32>() + gap * bounds.len().saturating_sub(1) as f32;
     let mut left = -0.5 * total;
@@ -268,8 +267,4 @@ fn places(trees: &[Imported]) -> Vec<Vec3> {
             Vec3::X * if trees.len() == 1 { 0.0 } else { at }
         })
         .collect()
-}
-
-fn corners(parts: &[Part], at: Vec3) -> impl Iterator<Item = Vec3> {
-    parts.iter().flat_map(move |part| part.surface.mesh.positions.iter().map(move |&p| p + at))
 }

@@ -1,10 +1,16 @@
 //! From the bytes of a GLB file back to a [`TreeModel`]. Nothing in the file is believed before it is checked.
 
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 use gltf::binary::Glb;
 use gltf::json;
 use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::material::AlphaMode;
 use gltf::json::mesh::Semantic;
+use gltf::json::texture::WrappingMode;
 use gltf::json::validation::Checked::Valid;
 use gltf::json::{Accessor, Index, Node, Root};
 use image::codecs::png::PngDecoder;
@@ -13,7 +19,8 @@ use serde::de::DeserializeOwned;
 
 use super::{Extras, MAX_TEXTURE_PX, MeshExtras, Part};
 use crate::geom::{PolyMesh, Surface};
-use crate::model::{About, ModelCrown, TreeModel, Trunk};
+use crate::model::import::picture::PixelBudget;
+use crate::model::{self, About, ModelCrown, TreeModel, Trunk, Wrap};
 use crate::raster::to_srgb;
 use crate::{Error, Result};
 
@@ -44,13 +51,19 @@ fn about(extras: &json::Extras) -> Result<About> {
 }
 
 /// An open file: the JSON tree and the bytes that it points into.
-struct Reader<'a> {
+pub(super) struct Reader<'a> {
     root: Root,
     bytes: &'a [u8],
+    /// Bytes of vertices and corners that may still be read: a file that names the same ones again and again would stand for a far larger one.
+    left: Cell<usize>,
+    /// The pictures read so far, by texture.
+    pictures: RefCell<BTreeMap<usize, Arc<RgbaImage>>>,
+    /// And how many pixels more there may be.
+    pixels: RefCell<PixelBudget>,
 }
 
 impl<'a> Reader<'a> {
-    fn open(bytes: &'a [u8]) -> Result<Self> {
+    pub(super) fn open(bytes: &'a [u8]) -> Result<Self> {
         let declared = bytes.get(8..12).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
         if !bytes.starts_with(b"glTF") || declared.is_none() {
             return Err(broken("it does not begin with a GLB header"));
@@ -61,9 +74,89 @@ impl<'a> Reader<'a> {
         let glb = Glb::from_slice(bytes).map_err(|e| broken(e.to_string()))?;
         let root = Root::from_slice(&glb.json).map_err(|e| broken(e.to_string()))?;
         match glb.bin {
-            Some(std::borrow::Cow::Borrowed(bytes)) => Ok(Self { root, bytes }),
+            Some(std::borrow::Cow::Borrowed(bytes)) => {
+                Ok(Self { root, bytes, left: Cell::new(bytes.len()), pictures: RefCell::default(), pixels: RefCell::default() })
+            }
             _ => Err(broken("it has no binary chunk")),
         }
+    }
+
+    /// What the file says of itself.
+    pub(super) fn about<A: DeserializeOwned>(&self) -> Result<A> {
+        ours(&self.root.extras)
+    }
+
+    /// All nodes, whatever scene they are in.
+    pub(super) fn nodes(&self) -> &[Node] {
+        &self.root.nodes
+    }
+
+    /// What a node says of itself.
+    pub(super) fn says<S: DeserializeOwned>(&self, node: &Node) -> Result<S> {
+        ours(&node.extras)
+    }
+
+    /// That a node stands where we put it.
+    pub(super) fn check_unmoved(&self, node: &Node) -> Result<()> {
+        if node.matrix.is_some() || node.translation.is_some() || node.rotation.is_some() || node.scale.is_some() {
+            return Err(foreign("a part of the tree has been moved"));
+        }
+        Ok(())
+    }
+
+    /// A mesh in its material, as a part without name or crown.
+    pub(super) fn dressed(&self, mesh: Index<json::Mesh>, triangles: usize, quads: usize) -> Result<model::Part> {
+        let primitive = self.primitive(mesh)?;
+        let surface = self.surface(primitive, triangles, quads)?;
+        let about = self.get(primitive.material.ok_or_else(|| foreign("a mesh has no material"))?)?;
+        let looks = &about.pbr_metallic_roughness;
+        let color = looks.base_color_texture.as_ref().map(|info| info.index);
+        let normals = about.normal_texture.as_ref().map(|info| info.index);
+        let picture = |texture: Option<Index<json::Texture>>| texture.map(|texture| self.shared_texture(texture)).transpose();
+        let material = model::Material {
+            name: about.name.clone().unwrap_or_default(),
+            factor: looks.base_color_factor.0,
+            texture: picture(color)?,
+            normal_texture: picture(normals)?,
+            wrap: color.or(normals).map_or(Ok(Wrap::Repeat), |texture| self.wrap(texture))?,
+            alpha_cutoff: match about.alpha_mode {
+                Valid(AlphaMode::Mask) => Some(about.alpha_cutoff.unwrap_or_default().0),
+                _ => None,
+            },
+            two_sided: about.double_sided,
+        };
+        Ok(model::Part { name: String::new(), surface, material, crown_center: None })
+    }
+
+    /// The base colour texture of a mesh, if it has one.
+    pub(super) fn base_texture(&self, mesh: Index<json::Mesh>) -> Result<Option<Arc<RgbaImage>>> {
+        let Some(material) = self.primitive(mesh)?.material else { return Ok(None) };
+        let info = self.get(material)?.pbr_metallic_roughness.base_color_texture.as_ref();
+        info.map(|info| self.shared_texture(info.index)).transpose()
+    }
+
+    fn primitive(&self, mesh: Index<json::Mesh>) -> Result<&json::mesh::Primitive> {
+        match self.get(mesh)?.primitives.as_slice() {
+            [primitive] => Ok(primitive),
+            primitives => Err(foreign(format!("a mesh has {} primitives instead of one", primitives.len()))),
+        }
+    }
+
+    /// A picture that several may use.
+    fn shared_texture(&self, index: Index<json::Texture>) -> Result<Arc<RgbaImage>> {
+        let source = self.get(index)?.source.value();
+        if let Some(known) = self.pictures.borrow().get(&source) {
+            return Ok(known.clone());
+        }
+        let picture = Arc::new(self.texture(index)?);
+        self.pictures.borrow_mut().insert(source, picture.clone());
+        Ok(picture)
+    }
+
+    fn wrap(&self, texture: Index<json::Texture>) -> Result<Wrap> {
+        let sampler = self.get(texture)?.sampler.map(|sampler| self.get(sampler)).transpose()?;
+        let clamps = sampler.is_some_and(|sampler| sampler.wrap_s == Valid(WrappingMode::ClampToEdge));
+        Ok(if clamps { Wrap::Clamp } else { Wrap::Repeat })
     }
 
     /// The only node of the scene.
@@ -78,9 +171,7 @@ impl<'a> Reader<'a> {
     /// Adds the crown or trunk of one node to `model`.
     fn part(&self, node: Index<Node>, model: &mut TreeModel) -> Result<()> {
         let node = self.get(node)?;
-        if node.matrix.is_some() || node.translation.is_some() || node.rotation.is_some() || node.scale.is_some() {
-            return Err(foreign("a part of the tree has been moved"));
-        }
+        self.check_unmoved(node)?;
         let mesh = self.get(node.mesh.ok_or_else(|| foreign("a part of the tree has no mesh"))?)?;
         let own: MeshExtras = ours(&mesh.extras)?;
         let [primitive] = mesh.primitives.as_slice() else {
@@ -111,18 +202,19 @@ impl<'a> Reader<'a> {
         let positions = self.floats(needed(Semantic::Positions, "POSITION")?, Type::Vec3)?;
         let normals = self.floats(needed(Semantic::Normals, "NORMAL")?, Type::Vec3)?;
         let uvs = find(Semantic::TexCoords(0)).map_or(Ok(Vec::new()), |uv| self.floats(uv, Type::Vec2))?;
+        let colors = find(Semantic::Colors(0)).map_or(Ok(Vec::new()), |color| self.floats(color, Type::Vec4))?;
         let corners = self.corners(primitive.indices.ok_or_else(|| foreign("a mesh has no indices"))?)?;
         let positions = positions.chunks_exact(3).map(Vec3::from_slice).collect();
         Ok(Surface {
             mesh: polygons(positions, &corners, triangles, quads)?,
             normals: normals.chunks_exact(3).map(Vec3::from_slice).collect(),
             uvs: uvs.chunks_exact(2).map(Vec2::from_slice).collect(),
-            colors: Vec::new(),
+            colors: colors.as_chunks::<4>().0.to_vec(),
         })
     }
 
     fn floats(&self, accessor: Index<Accessor>, kind: Type) -> Result<Vec<f32>> {
-        let components = if kind == Type::Vec2 { 2 } else { 3 };
+        let components = kind.multiplicity() as u64;
         let bytes = self.elements(accessor, &[ComponentType::F32], kind, components)?.0;
         Ok(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
     }
@@ -157,7 +249,10 @@ impl<'a> Reader<'a> {
         let start = accessor.byte_offset.map_or(0, |offset| offset.0);
         let length = accessor.count.0.checked_mul(components * component.size() as u64);
         let elements = length.and_then(|length| part_of(bytes, start, length));
-        Ok((elements.ok_or_else(|| broken("an accessor reaches beyond its bytes"))?, component))
+        let elements = elements.ok_or_else(|| broken("an accessor reaches beyond its bytes"))?;
+        let left = self.left.get().checked_sub(elements.len());
+        self.left.set(left.ok_or_else(|| foreign("it uses the same vertices several times"))?);
+        Ok((elements, component))
     }
 
     fn view(&self, index: Index<json::buffer::View>) -> Result<&'a [u8]> {
@@ -172,6 +267,7 @@ impl<'a> Reader<'a> {
     fn texture(&self, index: Index<json::Texture>) -> Result<RgbaImage> {
         let image = self.get(self.get(index)?.source)?;
         let bytes = self.view(image.buffer_view.ok_or_else(|| foreign("a texture is not inside the file"))?)?;
+        self.pixels.borrow_mut().admit(bytes).map_err(|why| broken(format!("a texture {why}")))?;
         let damaged = |e: image::ImageError| broken(format!("a texture cannot be decoded ({e})"));
         let mut limits = Limits::default();
         (limits.max_image_width, limits.max_image_height) = (Some(MAX_TEXTURE_PX), Some(MAX_TEXTURE_PX));
@@ -218,6 +314,6 @@ fn broken(what: impl Into<String>) -> Error {
     Error::BrokenGlb { what: what.into() }
 }
 
-fn foreign(what: impl Into<String>) -> Error {
+pub(super) fn foreign(what: impl Into<String>) -> Error {
     Error::ForeignGlb { what: what.into() }
 }

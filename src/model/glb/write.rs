@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use gltf::json::{self, Index};
 use image::RgbaImage;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -26,13 +27,13 @@ pub fn write(model: &TreeModel) -> Result<Vec<u8>> {
         let part = Part::Crown { center: crown.center };
         // Its chart stays within the image, with a gutter, so that nothing wraps.
         let texture = Some(file.texture(&name, picture, Wrap::Clamp));
-        let look = Look { factor: [1.0; 4], texture, alpha_cutoff: Some(ALPHA_CUTOFF), two_sided: false };
+        let look = Look { texture, alpha_cutoff: Some(ALPHA_CUTOFF), ..Look::default() };
         let material = file.material(&name, &look);
         parts.push(file.part(&name, &crown.surface, part, material)?);
     }
     if let Some(trunk) = &model.trunk {
         let [r, g, b] = trunk.bark.map(to_linear);
-        let bark = Look { factor: [r, g, b, 1.0], texture: None, alpha_cutoff: None, two_sided: false };
+        let bark = Look { factor: [r, g, b, 1.0], ..Look::default() };
         let material = file.material("bark", &bark);
         parts.push(file.part("trunk", &trunk.surface, Part::Trunk {}, material)?);
     }
@@ -49,28 +50,49 @@ pub fn write_parts(parts: &[model::Part], about: &impl Serialize, program: &str)
     for part in parts {
         part.check().map_err(|what| Error::Internal { stage: "model::glb", what: format!("{}: {what}", part.name) })?;
     }
-    let mut pictures: Vec<(&Arc<RgbaImage>, Wrap, &str)> = Vec::new();
-    let same = |a: &(&Arc<RgbaImage>, Wrap, &str), image: &Arc<RgbaImage>, wrap| Arc::ptr_eq(a.0, image) && a.1 == wrap;
-    for part in parts {
-        if let Some(image) = &part.material.texture
-            && !pictures.iter().any(|known| same(known, image, part.material.wrap))
-        {
-            pictures.push((image, part.material.wrap, &part.name));
-        }
-    }
-    let encoded = pictures.par_iter().map(|(image, _, _)| png(image)).collect::<Result<Vec<_>>>()?;
     let mut file = Writer::default();
-    let textures: Vec<_> =
-        pictures.iter().zip(&encoded).map(|((_, wrap, name), picture)| file.texture(name, picture, *wrap)).collect();
+    let pictures = Pictures::write(&mut file, parts.iter().map(|part| (part.name.as_str(), &part.material)))?;
     let mut nodes = Vec::new();
     for part in parts {
-        let model::Material { name, factor, texture, wrap, alpha_cutoff, two_sided, .. } = &part.material;
-        let known = texture.as_ref().and_then(|image| pictures.iter().position(|known| same(known, image, *wrap)));
-        let look =
-            Look { factor: *factor, texture: known.map(|i| textures[i]), alpha_cutoff: *alpha_cutoff, two_sided: *two_sided };
-        let material = file.material(if name.is_empty() { &part.name } else { name }, &look);
-        let kind = if alpha_cutoff.is_some() || *two_sided { Part::Leaves {} } else { Part::Wood {} };
+        let look = pictures.look(&part.material);
+        let name = if part.material.name.is_empty() { &part.name } else { &part.material.name };
+        let material = file.material(name, &look);
+        let kind = if look.alpha_cutoff.is_some() || look.two_sided { Part::Leaves {} } else { Part::Wood {} };
         nodes.push(file.part(&part.name, &part.surface, kind, material)?);
     }
     file.finish(nodes, about, program)
+}
+
+/// The pictures of many materials in a file, each there once.
+pub(super) struct Pictures<'a>(Vec<(&'a Arc<RgbaImage>, Wrap, Index<json::Texture>)>);
+
+impl<'a> Pictures<'a> {
+    /// Writes them.
+    pub(super) fn write(file: &mut Writer, materials: impl IntoIterator<Item = (&'a str, &'a model::Material)>) -> Result<Self> {
+        let mut wanted: Vec<(&Arc<RgbaImage>, Wrap, String)> = Vec::new();
+        for (name, material) in materials {
+            let normals = material.normal_texture.as_ref().map(|image| (image, format!("{name} normals")));
+            for (image, name) in material.texture.as_ref().map(|image| (image, name.to_owned())).into_iter().chain(normals) {
+                if !wanted.iter().any(|(known, wrap, _)| Arc::ptr_eq(known, image) && *wrap == material.wrap) {
+                    wanted.push((image, material.wrap, name));
+                }
+            }
+        }
+        let encoded = wanted.par_iter().map(|(image, ..)| png(image)).collect::<Result<Vec<_>>>()?;
+        let textures = wanted.into_iter().zip(&encoded);
+        Ok(Self(textures.map(|((image, wrap, name), picture)| (image, wrap, file.texture(&name, picture, wrap))).collect()))
+    }
+
+    /// How the file says what `material` looks like.
+    pub(super) fn look(&self, material: &model::Material) -> Look {
+        let find = |image: &Arc<RgbaImage>| self.0.iter().find(|known| Arc::ptr_eq(known.0, image) && known.1 == material.wrap);
+        let texture = |image: &Option<Arc<RgbaImage>>| image.as_ref().and_then(find).map(|known| known.2);
+        Look {
+            factor: material.factor,
+            texture: texture(&material.texture),
+            normal_texture: texture(&material.normal_texture),
+            alpha_cutoff: material.alpha_cutoff,
+            two_sided: material.two_sided,
+        }
+    }
 }

@@ -6,7 +6,7 @@ use gltf::binary::Glb;
 use gltf::json;
 use gltf::json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf::json::buffer::Target;
-use gltf::json::material::{AlphaCutoff, AlphaMode, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
+use gltf::json::material::{AlphaCutoff, AlphaMode, NormalTexture, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
 use gltf::json::texture::{MagFilter, MinFilter, WrappingMode};
 use gltf::json::validation::{Checked::Valid, USize64};
 use gltf::json::{Index, Material, Mesh, Node, Root};
@@ -25,10 +25,18 @@ pub(super) struct Look {
     pub factor: [f32; 4],
     /// What is on it.
     pub texture: Option<Index<json::Texture>>,
+    /// Which way its small parts face.
+    pub normal_texture: Option<Index<json::Texture>>,
     /// Texels of less alpha are not there; `None` for an opaque surface.
     pub alpha_cutoff: Option<f32>,
     /// Whether its back is seen.
     pub two_sided: bool,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self { factor: [1.0; 4], texture: None, normal_texture: None, alpha_cutoff: None, two_sided: false }
+    }
 }
 
 /// A file in the making: the JSON tree and the bytes that it points into.
@@ -44,9 +52,17 @@ impl Writer {
     /// A mesh with its node.
     pub(super) fn part(&mut self, name: &str, surface: &Surface, part: Part, material: Index<Material>) -> Result<Index<Node>> {
         let mesh = &surface.mesh;
-        let own = extras(&MeshExtras { part, triangles: mesh.triangles.len(), quads: mesh.quads.len() })?;
+        let own = MeshExtras { part, triangles: mesh.triangles.len(), quads: mesh.quads.len() };
+        let mesh = self.mesh(name, surface, material)?;
+        self.root.meshes[mesh.value()].extras = extras(&own)?;
+        Ok(self.root.push(Node { name: Some(name.to_owned()), mesh: Some(mesh), ..Node::default() }))
+    }
+
+    /// A mesh of one material; with tangents where that has a normal texture.
+    pub(super) fn mesh(&mut self, name: &str, surface: &Surface, material: Index<Material>) -> Result<Index<Mesh>> {
+        let bumpy = self.root.materials[material.value()].normal_texture.is_some();
         let primitive = json::mesh::Primitive {
-            attributes: self.attributes(surface),
+            attributes: self.attributes(surface, bumpy),
             indices: Some(self.indices(surface)),
             material: Some(material),
             mode: Valid(json::mesh::Mode::Triangles),
@@ -55,16 +71,47 @@ impl Writer {
             extras: None,
         };
         let primitives = vec![primitive];
-        let mesh = Mesh { name: Some(name.to_owned()), primitives, weights: None, extensions: None, extras: own };
-        let mesh = self.root.push(mesh);
-        Ok(self.root.push(Node { name: Some(name.to_owned()), mesh: Some(mesh), ..Node::default() }))
+        Ok(self.root.push(Mesh { name: Some(name.to_owned()), primitives, weights: None, extensions: None, extras: None }))
+    }
+
+    /// A node that shows `mesh`, with what is said of it.
+    pub(super) fn node(&mut self, name: &str, mesh: Index<Mesh>, says: &impl Serialize) -> Result<Index<Node>> {
+        Ok(self.root.push(Node { name: Some(name.to_owned()), mesh: Some(mesh), extras: extras(says)?, ..Node::default() }))
+    }
+
+    /// A node over others.
+    pub(super) fn group(&mut self, name: &str, children: Vec<Index<Node>>) -> Index<Node> {
+        self.root.push(Node { name: Some(name.to_owned()), children: Some(children), ..Node::default() })
+    }
+
+    /// Makes the first of these nodes the finest level of detail of the tree, the others those that may take its place: `MSFT_lod`, with
+    /// the share of the screen down to which each is meant.
+    pub(super) fn levels(&mut self, nodes: &[Index<Node>], covers: &[f32]) -> Result<()> {
+        let [finest, coarser @ ..] = nodes else { return Ok(()) };
+        let ids: Vec<u32> = coarser.iter().map(|node| node.value() as u32).collect();
+        let lod = json::extensions::scene::Node {
+            others: [("MSFT_lod".to_owned(), serde_json::json!({ "ids": ids }))].into_iter().collect(),
+        };
+        let node = &mut self.root.nodes[finest.value()];
+        node.extensions = Some(lod);
+        node.extras =
+            Some(serde_json::value::to_raw_value(&serde_json::json!({ "MSFT_screencoverage": covers })).map_err(internal)?);
+        self.root.extensions_used.push("MSFT_lod".to_owned());
+        Ok(())
+    }
+
+    /// A scene; the first is the one that is shown.
+    pub(super) fn scene(&mut self, name: Option<&str>, nodes: Vec<Index<Node>>) {
+        let scene = self.root.push(json::Scene { name: name.map(str::to_owned), nodes, extensions: None, extras: None });
+        self.root.scene.get_or_insert(scene);
     }
 
     fn attributes(
         &mut self,
         surface: &Surface,
+        bumpy: bool,
     ) -> BTreeMap<json::validation::Checked<json::mesh::Semantic>, Index<json::Accessor>> {
-        use json::mesh::Semantic::{Normals, Positions, TexCoords};
+        use json::mesh::Semantic::{Colors, Normals, Positions, Tangents, TexCoords};
         let floats = |values: &mut dyn Iterator<Item = f32>| values.flat_map(f32::to_le_bytes).collect::<Vec<_>>();
         let positions = &surface.mesh.positions;
         let count = positions.len();
@@ -81,6 +128,16 @@ impl Writer {
             let bytes = floats(&mut surface.uvs.iter().flat_map(|t| t.to_array()));
             let uv = self.accessor(&bytes, Target::ArrayBuffer, ComponentType::F32, Type::Vec2, count);
             attributes.insert(Valid(TexCoords(0)), uv);
+        }
+        if bumpy {
+            let bytes = floats(&mut surface.tangents().iter().flat_map(|t| t.to_array()));
+            let tangent = self.accessor(&bytes, Target::ArrayBuffer, ComponentType::F32, Type::Vec4, count);
+            attributes.insert(Valid(Tangents), tangent);
+        }
+        if !surface.colors.is_empty() {
+            let bytes = floats(&mut surface.colors.iter().flatten().copied());
+            let color = self.accessor(&bytes, Target::ArrayBuffer, ComponentType::F32, Type::Vec4, count);
+            attributes.insert(Valid(Colors(0)), color);
         }
         attributes
     }
@@ -174,11 +231,13 @@ impl Writer {
     /// A surface that does not shine.
     pub(super) fn material(&mut self, name: &str, look: &Look) -> Index<Material> {
         let info = |index| json::texture::Info { index, tex_coord: 0, extensions: None, extras: None };
+        let normal = |index| NormalTexture { index, scale: 1.0, tex_coord: 0, extensions: None, extras: None };
         self.root.push(Material {
-            name: Some(name.to_owned()),
+            name: (!name.is_empty()).then(|| name.to_owned()),
             alpha_mode: Valid(if look.alpha_cutoff.is_some() { AlphaMode::Mask } else { AlphaMode::Opaque }),
             alpha_cutoff: look.alpha_cutoff.map(AlphaCutoff),
             double_sided: look.two_sided,
+            normal_texture: look.normal_texture.map(normal),
             pbr_metallic_roughness: PbrMetallicRoughness {
                 base_color_factor: PbrBaseColorFactor(look.factor),
                 base_color_texture: look.texture.map(info),
@@ -192,9 +251,14 @@ impl Writer {
 
     /// The file: one root node `tree` over `parts`, with what `about` says of it.
     pub(super) fn finish(mut self, parts: Vec<Index<Node>>, about: &impl Serialize, program: &str) -> Result<Vec<u8>> {
-        let nodes = vec![self.root.push(Node { name: Some("tree".to_owned()), children: Some(parts), ..Node::default() })];
+        let tree = self.group("tree", parts);
+        self.scene(None, vec![tree]);
+        self.bytes(about, program)
+    }
+
+    /// The file, with what `about` says of it.
+    pub(super) fn bytes(mut self, about: &impl Serialize, program: &str) -> Result<Vec<u8>> {
         self.root.extras = extras(about)?;
-        self.root.scene = Some(self.root.push(json::Scene { name: None, nodes, extensions: None, extras: None }));
         self.root.asset.generator = Some(program.to_owned());
         let byte_length = USize64::from(self.bytes.len());
         self.root.push(json::Buffer { byte_length, name: None, uri: None, extensions: None, extras: None });

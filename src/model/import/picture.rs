@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use glam::Vec3;
 use image::imageops::{self, FilterType};
 use image::{ImageReader, Limits, RgbaImage};
 
@@ -84,4 +85,17 @@ pub fn unfolded(picture: &RgbaImage, across: bool, down: bool) -> RgbaImage {
     let size = |px: u32, twice: bool| if twice { 2 * px } else { px };
     let folded = |at: u32, px: u32| if at < px { at } else { 2 * px - 1 - at };
     RgbaImage::from_fn(size(width, across), size(height, down), |x, y| *picture.get_pixel(folded(x, width), folded(y, height)))
+}
+
+/// The normals in the picture with slopes `scale` times as steep (glTF 2.0, 3.9.3: `normalTexture.scale`).
+pub fn steeper(picture: &RgbaImage, scale: f32) -> RgbaImage {
+    let mut steeper = picture.clone();
+    for pixel in steeper.pixels_mut() {
+        let [x, y, z] = [pixel[0], pixel[1], pixel[2]].map(|v| f32::from(v) / 127.5 - 1.0);
+        let n = Vec3::new(x * scale, y * scale, z).normalize_or(Vec3::Z);
+        for (channel, value) in n.to_array().into_iter().enumerate() {
+            pixel[channel] = (127.5 * (value + 1.0)).round() as u8;
+        }
+    }
+    steeper
 }

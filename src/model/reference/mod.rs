@@ -13,6 +13,7 @@ use crate::geom::Bounds;
 use crate::plant::Skeleton;
 use crate::{Error, Result, Warning};
 
+pub use connect::Components;
 pub use leaves::Leaf;
 pub use split::{Asked, By, Role};
 

@@ -118,7 +118,7 @@ fn round_tree() -> TreeSource {
 fn a_ball_of_leaves_becomes_a_closed_ball_on_a_trunk_evenly_covered() {
     let source = round_tree();
     let order = Order { method: "csg", trunk: None, settings: &Settings::default(), seed: Seed(1) };
-    let built = build(&order, &source, &SoftwareCapture).unwrap();
+    let built = build(&order, &source, &SoftwareCapture::new()).unwrap();
     let mut all = Surface::default();
     for part in &built.parts {
         all.append(Surface { uvs: vec![], ..part.part.surface.clone() });

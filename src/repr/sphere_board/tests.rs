@@ -38,7 +38,7 @@ fn tree(parts: Vec<Part>) -> TreeSource {
 
 fn board(source: &TreeSource, settings: &[&str]) -> Result<BuiltTree> {
     let settings = Settings::parse(["picture_px=160", "texture_size=64"].iter().chain(settings).copied())?;
-    build(&Order { method: "sphere-board", trunk: None, settings: &settings, seed: Seed(1) }, source, &SoftwareCapture)
+    build(&Order { method: "sphere-board", trunk: None, settings: &settings, seed: Seed(1) }, source, &SoftwareCapture::new())
 }
 
 fn crowns(built: &BuiltTree, level: usize) -> Vec<&Part> {

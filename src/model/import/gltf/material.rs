@@ -1,4 +1,5 @@
-//! Materials and textures (glTF 2.0, 3.8–3.9): the base colour, what is cut out, and how the texture lies on the surface.
+//! Materials and textures (glTF 2.0, 3.8–3.9): the base colour, what is cut out, the normals of small things, and how the textures lie
+//! on the surface.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -42,14 +43,19 @@ pub struct Materials<'a> {
     document: &'a Document,
     pictures: BTreeMap<usize, Picture>,
     unfolded: BTreeMap<Unfolded, Arc<RgbaImage>>,
+    /// Normal textures whose slopes count more or less, by the address of the picture, which lives as long, and the bits of how much.
+    scaled: BTreeMap<(usize, u32), Arc<RgbaImage>>,
     nothing: Source,
 }
 
 impl<'a> Materials<'a> {
-    /// Decodes the pictures that base colours use.
+    /// Decodes the pictures that base colours and normals use.
     pub fn read(document: &'a Document, bytes: &Bytes, folder: &Folder, warnings: &mut Warnings) -> Self {
-        let uses = document.materials.iter().filter_map(texture_use);
-        let mut used: Vec<usize> = uses.filter_map(|used| image_of(document, used.index)).collect();
+        let images =
+            |uses: Vec<&TextureUse>| uses.into_iter().filter_map(|used| image_of(document, used.index)).collect::<Vec<_>>();
+        let colors = images(document.materials.iter().filter_map(texture_use).collect());
+        let mut used = images(document.materials.iter().filter_map(|material| material.normal_texture.as_ref()).collect());
+        used.extend(&colors);
         used.sort_unstable();
         used.dedup();
         let mut budget = PixelBudget::default();
@@ -73,17 +79,22 @@ impl<'a> Materials<'a> {
                 Ok(picture) => drop(pictures.insert(image, picture)),
                 Err(why) => {
                     let name = document.images.get(image).map_or_else(String::new, |image| shortened(&image.name));
-                    warnings.missing_texture(&named(&name, "texture", image), &why);
+                    let name = named(&name, "texture", image);
+                    if colors.contains(&image) {
+                        warnings.missing_texture(&name, &why);
+                    } else {
+                        warnings
+                            .add("missing-texture", format!("the normal texture {name} {why}; its surfaces are drawn without it"));
+                    }
                 }
             }
         }
-        Self { document, pictures, unfolded: BTreeMap::new(), nothing: Source::default() }
+        Self { document, pictures, unfolded: BTreeMap::new(), scaled: BTreeMap::new(), nothing: Source::default() }
     }
 
     /// Which texture coordinates the material wants, and what is done to them.
     pub fn placement(&self, material: Option<usize>) -> Option<(u32, Affine2)> {
-        let used = texture_use(self.source(material))?;
-        self.pictures.get(&image_of(self.document, used.index)?)?;
+        let used = self.lying(self.source(material))?;
         let Some(transform) = &used.extensions.transform else { return Some((used.tex_coord, Affine2::IDENTITY)) };
         // KHR_texture_transform: translation · rotation · scale, the rotation counter-clockwise where v points down.
         let (sin, cos) = transform.rotation.sin_cos();
@@ -91,6 +102,14 @@ impl<'a> Materials<'a> {
         let scale = Mat2::from_diagonal(transform.scale.unwrap_or([1.0, 1.0]).into());
         let set = transform.tex_coord.unwrap_or(used.tex_coord);
         Some((set, Affine2::from_mat2_translation(turn * scale, transform.offset.into())))
+    }
+
+    /// The texture that says how all lie on the surface: the base colour's, else the normals', whichever can be had.
+    fn lying<'m>(&self, material: &'m Source) -> Option<&'m TextureUse> {
+        let uses = [texture_use(material), material.normal_texture.as_ref()];
+        uses.into_iter()
+            .flatten()
+            .find(|used| image_of(self.document, used.index).is_some_and(|image| self.pictures.contains_key(&image)))
     }
 
     /// The material for a surface with these texture coordinates (none: without texture). They change when the texture is mirrored.
@@ -102,18 +121,18 @@ impl<'a> Materials<'a> {
         let name = material.map_or_else(String::new, |number| named(&shortened(&source.name), "material", number));
         let (cutoff, mode, two_sided) = (source.alpha_cutoff, source.alpha_mode.clone(), source.double_sided);
         let used = if uvs.is_empty() { None } else { texture_use(source).map(|used| used.index) };
+        let lies = if uvs.is_empty() { None } else { self.lying(source).cloned() };
+        let normals = source.normal_texture.clone();
         let picture = used.and_then(|texture| self.pictures.get(&image_of(self.document, texture)?));
         let (solid, cut_out) = picture.map_or((true, false), |picture| (picture.solid, picture.cut_out));
-        let (texture, wrap) = used.and_then(|texture| self.texture(texture, uvs)).unzip();
-        let mut dressed = Material {
-            name,
-            factor,
-            texture,
-            normal_texture: None,
-            wrap: wrap.unwrap_or(Wrap::Repeat),
-            alpha_cutoff: None,
-            two_sided,
-        };
+        // Of both, the mirroring of the one that lies there first: they share their coordinates.
+        let folds = lies.as_ref().map_or([false; 2], |lies| self.folds(lies.index, uvs));
+        let wrap = lies.as_ref().map(|lies| self.wrap(lies.index, folds, uvs));
+        let texture = used.and_then(|texture| self.picture(texture, folds));
+        let normal_texture = normals.zip(lies).and_then(|(normals, lies)| self.normals(&normals, &lies, folds, &name, warnings));
+        uvs.iter_mut().for_each(|uv| *uv *= Vec2::from(folds.map(|folded| if folded { 0.5 } else { 1.0 })));
+        let mut dressed =
+            Material { name, factor, texture, normal_texture, wrap: wrap.unwrap_or(Wrap::Repeat), alpha_cutoff: None, two_sided };
         match mode.as_deref() {
             Some("MASK") => dressed.alpha_cutoff = Some(cutoff.filter(|c| c.is_finite()).unwrap_or(DEFAULT_CUTOFF)),
             // What blends with nothing is opaque: some exporters say BLEND of everything.
@@ -132,33 +151,73 @@ impl<'a> Materials<'a> {
         dressed
     }
 
-    /// The picture of a texture, and how it goes on outside 0..1 where the surface has such coordinates.
-    fn texture(&mut self, texture: usize, uvs: &mut [Vec2]) -> Option<(Arc<RgbaImage>, Wrap)> {
+    /// Along which axes a texture is mirrored where the surface goes beyond 0..1.
+    fn folds(&self, texture: usize, uvs: &[Vec2]) -> [bool; 2] {
+        let picture = image_of(self.document, texture).and_then(|image| self.pictures.get(&image));
+        let Some(picture) = picture else { return [false; 2] };
+        let fits = |px: u32| 2 * px <= crate::model::glb::MAX_TEXTURE_PX;
+        let mirrors = [picture.image.width(), picture.image.height()].map(fits);
+        let modes = self.modes(texture);
+        [0, 1].map(|axis| beyond(uvs, axis) && modes[axis] == Some(MIRRORED_REPEAT) && mirrors[axis])
+    }
+
+    /// How a texture goes on outside 0..1. Within, the mode matters to the texels of the rim only.
+    fn wrap(&self, texture: usize, folds: [bool; 2], uvs: &[Vec2]) -> Wrap {
+        let modes = self.modes(texture);
+        let clamps = |axis: usize| modes[axis] == Some(CLAMP_TO_EDGE);
+        let repeats = (0..2).any(|axis| beyond(uvs, axis) && !clamps(axis));
+        let folded = folds[0] || folds[1];
+        if !folded && !repeats && (clamps(0) || clamps(1)) { Wrap::Clamp } else { Wrap::Repeat }
+    }
+
+    fn modes(&self, texture: usize) -> [Option<u64>; 2] {
+        let sampler = self.document.textures.get(texture).and_then(|texture| self.document.samplers.get(texture.sampler?));
+        sampler.map_or([None; 2], |sampler| [sampler.wrap_s, sampler.wrap_t])
+    }
+
+    /// The picture of a texture, with its mirror images where it is folded.
+    fn picture(&mut self, texture: usize, [across, down]: [bool; 2]) -> Option<Arc<RgbaImage>> {
         let image = image_of(self.document, texture)?;
         let picture = self.pictures.get(&image)?.image.clone();
-        let sampler = self.document.textures.get(texture)?.sampler.and_then(|sampler| self.document.samplers.get(sampler));
-        let modes = sampler.map_or([None; 2], |sampler| [sampler.wrap_s, sampler.wrap_t]);
-        let beyond = |axis: usize| uvs.iter().any(|uv| !(-1e-4..=1.0001).contains(&uv[axis]));
-        // Within 0..1 the mode matters to the texels of the rim only.
-        let leaves = [beyond(0), beyond(1)];
-        let fits = |px: u32| 2 * px <= crate::model::glb::MAX_TEXTURE_PX;
-        let mirrors = [picture.width(), picture.height()].map(fits);
-        let [across, down] = [0, 1].map(|axis| leaves[axis] && modes[axis] == Some(MIRRORED_REPEAT) && mirrors[axis]);
-        let clamps = |axis: usize| modes[axis] == Some(CLAMP_TO_EDGE);
-        let repeats = (0..2).any(|axis| leaves[axis] && !clamps(axis));
-        let wrap = if !repeats && (clamps(0) || clamps(1)) { Wrap::Clamp } else { Wrap::Repeat };
         if !across && !down {
-            return Some((picture, wrap));
+            return Some(picture);
         }
-        let halved = Vec2::new(if across { 0.5 } else { 1.0 }, if down { 0.5 } else { 1.0 });
-        uvs.iter_mut().for_each(|uv| *uv *= halved);
         let unfolded = self.unfolded.entry((image, across, down));
-        Some((unfolded.or_insert_with(|| Arc::new(picture::unfolded(&picture, across, down))).clone(), Wrap::Repeat))
+        Some(unfolded.or_insert_with(|| Arc::new(picture::unfolded(&picture, across, down))).clone())
+    }
+
+    /// The normal texture, where it lies as `lies` does.
+    fn normals(
+        &mut self,
+        used: &TextureUse,
+        lies: &TextureUse,
+        folds: [bool; 2],
+        name: &str,
+        warnings: &mut Warnings,
+    ) -> Option<Arc<RgbaImage>> {
+        let picture = self.picture(used.index, folds)?;
+        let lie = |used: &TextureUse| (used.tex_coord, used.extensions.transform.clone().unwrap_or_default());
+        if lie(used) != lie(lies) {
+            let message = format!("the normal texture of the material {name} lies otherwise than its colours; it is left out");
+            warnings.add("normals-elsewhere", message);
+            return None;
+        }
+        let scale = used.scale.filter(|scale| scale.is_finite()).unwrap_or(1.0);
+        if scale == 1.0 {
+            return Some(picture);
+        }
+        let key = (Arc::as_ptr(&picture) as usize, scale.to_bits());
+        Some(self.scaled.entry(key).or_insert_with(|| Arc::new(picture::steeper(&picture, scale))).clone())
     }
 
     fn source(&self, material: Option<usize>) -> &Source {
         material.and_then(|number| self.document.materials.get(number)).unwrap_or(&self.nothing)
     }
+}
+
+/// Whether the surface has coordinates outside 0..1.
+fn beyond(uvs: &[Vec2], axis: usize) -> bool {
+    uvs.iter().any(|uv| !(-1e-4..=1.0001).contains(&uv[axis]))
 }
 
 /// `BLEND` asks for sorting, which trees do without: it is cut out instead.

@@ -154,6 +154,7 @@ pub struct Buffer {
 pub struct Material {
     pub name: String,
     pub pbr_metallic_roughness: Looks,
+    pub normal_texture: Option<TextureUse>,
     pub alpha_mode: Option<String>,
     pub alpha_cutoff: Option<f32>,
     pub double_sided: bool,
@@ -188,6 +189,8 @@ pub struct TextureUse {
     pub index: usize,
     #[serde(default)]
     pub tex_coord: u32,
+    /// Of normal textures: how much their slopes count; 1 unless it is said.
+    pub scale: Option<f32>,
     #[serde(default)]
     pub extensions: TextureUseExtensions,
 }
@@ -199,7 +202,7 @@ pub struct TextureUseExtensions {
     pub transform: Option<TextureTransform>,
 }
 
-#[derive(Deserialize, Clone, Default)]
+#[derive(Deserialize, Clone, Default, PartialEq)]
 #[serde(rename_all = "camelCase", default)]
 pub struct TextureTransform {
     pub offset: [f32; 2],

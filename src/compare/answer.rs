@@ -1,0 +1,142 @@
+//! Which stand-in for which distance: the cheapest whose error stays under a limit, and the chain of levels that follows.
+
+use serde::{Deserialize, Serialize};
+
+use crate::repr::REFERENCE_FOCAL_PX;
+
+use super::score::Figures;
+use super::{Cost, Row};
+
+crate::choices! {
+    /// What cheap means.
+    pub enum CostKind {
+        /// Milliseconds of the device for an instance.
+        Ms = "ms",
+        /// Bytes of textures and geometry on the device.
+        Bytes = "bytes",
+        /// Triangles.
+        Triangles = "triangles",
+    }
+}
+
+impl CostKind {
+    /// That cost as a number.
+    pub fn of(self, cost: &Cost) -> f64 {
+        match self {
+            Self::Ms => cost.ms,
+            Self::Bytes => (cost.texture_bytes + cost.geometry_bytes) as f64,
+            Self::Triangles => cost.triangles as f64,
+        }
+    }
+}
+
+/// The answer for one distance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Band {
+    /// How many pixels high the tree is.
+    pub height_px: f32,
+    /// From how far on, in tree heights as `repr::Seen` has them: half way, by ratio, to the nearer band.
+    pub from_distance: f32,
+    /// Method of the cheapest that is good enough; `None` when none is.
+    pub method: Option<String>,
+    /// Its level; `None` for the one that it draws there itself.
+    pub level: Option<String>,
+    /// Its mean FLIP there, or that of the best when none is good enough.
+    pub flip: f64,
+    /// Its cost.
+    pub cost: f64,
+    /// The method of least error there, whatever it costs, and that error.
+    pub best: Option<(String, f64)>,
+}
+
+/// The bands of `rows`, nearest first. The truth itself (`geometry`) counts as a method like any other: it is its own error of zero, at its price.
+pub fn bands(rows: &[Row], max_flip: f64, kind: CostKind) -> Vec<Band> {
+    let mut heights: Vec<f32> = rows.iter().map(|row| row.height_px).collect();
+    heights.sort_by(|a, b| b.total_cmp(a));
+    heights.dedup();
+    let band = |(i, &height_px): (usize, &f32)| {
+        let here = || rows.iter().filter(move |row| row.height_px == height_px && row.failed.is_none());
+        let order = |a: &&Row, b: &&Row| kind.of(&a.cost).total_cmp(&kind.of(&b.cost)).then(a.error.flip.total_cmp(&b.error.flip));
+        let chosen = here().filter(|row| row.error.flip <= max_flip).min_by(order);
+        let best = here().filter(|row| row.method != super::TRUTH).min_by(|a, b| a.error.flip.total_cmp(&b.error.flip));
+        Band {
+            height_px,
+            from_distance: if i == 0 { 0.0 } else { REFERENCE_FOCAL_PX / (heights[i - 1] * height_px).sqrt() },
+            method: chosen.map(|row| row.method.clone()),
+            level: chosen.and_then(|row| row.level.clone()),
+            flip: chosen.or(best).map_or(1.0, |row| row.error.flip),
+            cost: chosen.map_or(0.0, |row| kind.of(&row.cost)),
+            best: best.map(|row| (row.method.clone(), row.error.flip)),
+        }
+    };
+    heights.iter().enumerate().map(band).collect()
+}
+
+/// The chain of levels that the bands say: neighbours of one method and level are one. A band without an answer keeps what stands before it.
+pub fn chain(bands: &[Band]) -> Vec<(String, Option<String>, f32)> {
+    let mut chain: Vec<(String, Option<String>, f32)> = vec![];
+    for band in bands {
+        let Some(method) = &band.method else { continue };
+        if chain.last().is_none_or(|(last, level, _)| last != method || *level != band.level) {
+            chain.push((method.clone(), band.level.clone(), if chain.is_empty() { 0.0 } else { band.from_distance }));
+        }
+    }
+    chain
+}
+
+/// Which of `rows` (at one distance) no other beats in both cost and error: the rest need not be considered.
+pub fn pareto(rows: &[&Row], kind: CostKind) -> Vec<bool> {
+    let point = |row: &Row| (kind.of(&row.cost), row.error.flip);
+    let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;
+    rows.iter().map(|row| !rows.iter().any(|other| beats(point(other), point(row)))).collect()
+}
+
+/// The mean of errors, as the answer takes it.
+pub fn mean_error(cells: &[Figures]) -> Figures {
+    Figures::mean(cells)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(method: &str, height_px: f32, flip: f64, ms: f64) -> Row {
+        Row {
+            method: method.to_owned(),
+            level: None,
+            height_px,
+            error: Figures { flip, ..Figures::default() },
+            cost: Cost { ms, ..Cost::default() },
+            failed: None,
+        }
+    }
+
+    #[test]
+    fn the_cheapest_that_is_good_enough_wins_and_levels_join_into_a_chain() {
+        let rows = [
+            row("geometry", 512.0, 0.0, 9.0),
+            row("slices", 512.0, 0.05, 3.0),
+            row("billboard", 512.0, 0.2, 0.1),
+            row("geometry", 64.0, 0.0, 5.0),
+            row("slices", 64.0, 0.02, 2.0),
+            row("billboard", 64.0, 0.06, 0.1),
+            row("geometry", 16.0, 0.0, 5.0),
+            row("slices", 16.0, 0.02, 2.0),
+            row("billboard", 16.0, 0.03, 0.1),
+        ];
+        let bands = bands(&rows, 0.08, CostKind::Ms);
+        let names: Vec<_> = bands.iter().map(|band| band.method.as_deref().unwrap()).collect();
+        assert_eq!(names, ["slices", "billboard", "billboard"]);
+        assert_eq!(bands[1].best.as_ref().unwrap().0, "slices");
+        let chain = chain(&bands);
+        assert_eq!(chain.len(), 2);
+        assert!((chain[1].2 - REFERENCE_FOCAL_PX / (512.0f32 * 64.0).sqrt()).abs() < 1e-3);
+        assert!(super::bands(&rows[1..3], 0.01, CostKind::Ms)[0].method.is_none());
+    }
+
+    #[test]
+    fn what_is_beaten_in_both_is_not_on_the_front() {
+        let rows = [row("a", 1.0, 0.1, 1.0), row("b", 1.0, 0.05, 2.0), row("c", 1.0, 0.2, 2.0), row("d", 1.0, 0.1, 1.0)];
+        assert_eq!(pareto(&rows.iter().collect::<Vec<_>>(), CostKind::Ms), [true, true, false, true]);
+    }
+}

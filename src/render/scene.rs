@@ -1,0 +1,207 @@
+//! What of the placed trees is drawn in a frame: which instances of which parts are seen at all, by the viewer and by the sun. Parts that
+//! are seen at the same distances and from the same sides share their list of instances.
+
+use std::ops::Range;
+
+use glam::{Quat, Vec3};
+
+use super::drawer::PassKind;
+use super::growth::GrowthInput;
+use super::shadow::SunView;
+use super::tree::Tree;
+use super::wind::Sway;
+use super::{Camera, Projection, Shot, Stand};
+use crate::Result;
+use crate::gpu::{Gpu, KeptBuffer, layout};
+use crate::repr::Seen;
+
+/// Who looks, as far as it decides what is seen.
+#[derive(Debug, Clone, Copy)]
+pub struct Viewer {
+    camera: Camera,
+    heights: [f32; 2],
+    toward_sun: Vec3,
+}
+
+impl Viewer {
+    /// Of a picture.
+    pub fn of(shot: &Shot) -> Self {
+        Self { camera: shot.camera, heights: shot.heights(), toward_sun: shot.toward_sun.normalize_or(Vec3::Y) }
+    }
+
+    /// Where the eye is, world space, and how far a thing `d` metres away is in the picture for which distances are told: `x + y · d`.
+    pub fn eye_and_heights(&self) -> (Vec3, [f32; 2]) {
+        (self.camera.eye, self.heights)
+    }
+
+    /// How far it is from a point of a placed tree, in heights of the tree, as [`Seen`] has distances.
+    pub fn distance(&self, tree: &Tree, at: Vec3, instance: &layout::Instance) -> f32 {
+        let [plain, by_distance] = self.heights;
+        if by_distance < 0.0 {
+            return plain;
+        }
+        let way_m = (self.camera.eye - placed_point(instance, at)).length();
+        (plain + by_distance * way_m) / (instance.scale * tree.height_m())
+    }
+
+    /// How much is seen of a part of a placed tree; `shaders/shared/presence.wgsl` reckons the same.
+    pub fn share(&self, tree: &Tree, seen: &Seen, instance: &layout::Instance, kind: PassKind) -> f32 {
+        let away = |anchor| self.distance(tree, anchor, instance);
+        let by_distance = seen.share_between(away(seen.anchor), away(seen.vanish_anchor.unwrap_or(seen.anchor)));
+        if by_distance <= 0.0 {
+            return 0.0;
+        }
+        let toward = match (kind, self.camera.projection) {
+            (PassKind::Shadow, _) => self.toward_sun,
+            (_, Projection::Perspective { .. }) => {
+                (self.camera.eye - placed_point(instance, seen.anchor)).normalize_or(self.camera.axes[2])
+            }
+            (_, Projection::Orthographic { .. }) => self.camera.axes[2],
+        };
+        by_distance * seen.share_toward(turn_of(instance).inverse() * toward)
+    }
+}
+
+/// How an instance is turned.
+pub fn turn_of(instance: &layout::Instance) -> Quat {
+    Quat::from_array(instance.rotation.map(f32::from)).normalize()
+}
+
+/// Where a point of an instance's tree stands in still air, world space.
+pub fn placed_point(instance: &layout::Instance, at: Vec3) -> Vec3 {
+    Vec3::from(instance.position) + instance.scale * (turn_of(instance) * at)
+}
+
+/// Instances on the device: bytes of the buffer that holds those of the whole frame.
+pub type Placed = Range<u64>;
+
+/// A tree and where it is drawn.
+#[derive(Debug)]
+pub struct SceneTree<'a> {
+    /// The tree.
+    pub tree: &'a Tree,
+    /// For each of its [groups](Tree::groups): the instances of which it is seen.
+    placed: Vec<Placed>,
+}
+
+impl SceneTree<'_> {
+    /// Where the parts of a group are drawn, and how often; `None` for nowhere.
+    pub fn placed(&self, group: usize) -> Option<(Placed, u32)> {
+        let bytes = self.placed[group].clone();
+        let count = (bytes.end - bytes.start) / size_of::<layout::Instance>() as u64;
+        (count > 0).then_some((bytes, count as u32))
+    }
+
+    /// Where they are.
+    pub fn instances<'s>(&self, scene: &'s Scene, group: usize) -> &'s [layout::Instance] {
+        let Range { start, end } = &self.placed[group];
+        let number = |bytes: &u64| *bytes as usize / size_of::<layout::Instance>();
+        &scene.all[number(start)..number(end)]
+    }
+}
+
+/// All trees of a frame.
+#[derive(Debug)]
+pub struct Scene<'a> {
+    seen: Vec<SceneTree<'a>>,
+    cast: Vec<SceneTree<'a>>,
+    /// Of all trees, on the device.
+    pub instances: &'a wgpu::Buffer,
+    /// The same here.
+    all: &'a [layout::Instance],
+    /// Who looks.
+    pub viewer: Viewer,
+}
+
+impl Scene<'_> {
+    /// What a pass shows.
+    pub fn trees(&self, kind: PassKind) -> &[SceneTree<'_>] {
+        if kind == PassKind::Shadow { &self.cast } else { &self.seen }
+    }
+}
+
+/// The instances of a frame, kept on the device until others are wanted.
+#[derive(Debug)]
+pub struct Instances {
+    kept: Vec<layout::Instance>,
+    buffer: KeptBuffer,
+}
+
+impl Instances {
+    /// None.
+    pub fn new(gpu: &Gpu) -> Self {
+        Self { kept: vec![], buffer: KeptBuffer::new(gpu, "scene.instances", wgpu::BufferUsages::VERTEX) }
+    }
+
+    /// Finds what is seen of `stands`, and in the map of `sun`; gives it with the bytes sent to the device.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) when memory runs out.
+    pub fn scene<'a>(
+        &'a mut self,
+        gpu: &Gpu,
+        shot: &Shot,
+        stands: &[Stand<'a>],
+        growing: &GrowthInput,
+        sun: Option<(SunView, u32)>,
+    ) -> Result<(Scene<'a>, u64)> {
+        let viewer = Viewer::of(shot);
+        let mut placing = Placing { viewer, all: Vec::with_capacity(self.kept.len()) };
+        let seen = stands.iter().zip(&growing.slots).map(|(stand, slots)| {
+            let with_slots = stand.instances.iter().zip(slots).map(|(place, slot)| layout::Instance { extra: *slot, ..*place });
+            placing.place(stand.tree, with_slots.collect(), PassKind::Temporary { wireframe: false })
+        });
+        let seen = seen.collect();
+        let sway = Sway::of(&shot.wind);
+        let cast = sun.into_iter().flat_map(|sun| stands.iter().map(move |stand| (stand, sun)));
+        let cast = cast
+            .map(|(stand, (view, size_px))| placing.place(stand.tree, casters_of(stand, sway, view, size_px), PassKind::Shadow));
+        let cast = cast.collect();
+        let bytes: &[u8] = bytemuck::cast_slice(&placing.all);
+        let sent = if self.kept == placing.all { 0 } else { bytes.len() as u64 };
+        if sent > 0 {
+            self.kept.clear(); // forgotten if the device refuses
+            self.buffer.fill(gpu, bytes)?;
+            self.kept = placing.all;
+        }
+        Ok((Scene { seen, cast, instances: self.buffer.get(), all: &self.kept, viewer }, sent))
+    }
+}
+
+/// Instances being listed.
+struct Placing {
+    viewer: Viewer,
+    all: Vec<layout::Instance>,
+}
+
+impl Placing {
+    /// Lists where each group of a tree is seen. Equal lists are kept once.
+    fn place<'a>(&mut self, tree: &'a Tree, instances: Vec<layout::Instance>, kind: PassKind) -> SceneTree<'a> {
+        let mut lists: Vec<(Vec<u32>, Placed)> = vec![];
+        let everywhere: Vec<u32> = (0..instances.len() as u32).collect();
+        let placed = tree.groups().iter().map(|seen| {
+            let is_seen = |i: &u32| self.viewer.share(tree, seen, &instances[*i as usize], kind) > 0.0;
+            let list = match seen.is_always() {
+                true => everywhere.clone(),
+                false => everywhere.iter().copied().filter(is_seen).collect(),
+            };
+            if let Some((_, placed)) = lists.iter().find(|(known, _)| *known == list) {
+                return placed.clone();
+            }
+            let begin = size_of_val(&self.all[..]) as u64;
+            self.all.extend(list.iter().map(|i| instances[*i as usize]));
+            let placed = begin..size_of_val(&self.all[..]) as u64;
+            lists.push((list, placed.clone()));
+            placed
+        });
+        SceneTree { tree, placed: placed.collect() }
+    }
+}
+
+/// The instances that the sun's map of `size_px` texels a side may show.
+fn casters_of(stand: &Stand, sway: Sway, view: SunView, size_px: u32) -> Vec<layout::Instance> {
+    let Some(reach) = stand.tree.reach() else { return vec![] };
+    let radius = 0.5 * reach.size().length() + sway.reach_m(stand.tree.height_m());
+    let seen = |i: &&layout::Instance| view.sees(placed_point(i, reach.center()), radius * i.scale, size_px);
+    stand.instances.iter().filter(seen).copied().collect()
+}
