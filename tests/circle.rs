@@ -55,7 +55,7 @@ const DO_NOT: [Row; 6] = [
     ("spruce", 1, ByTheExactMask, [0.780, 0.730]),
     // A plate, seen from below: its near edge hides its height.
     ("acacia", 1, ByTheExactMask, [0.667, 0.562]),
-    // Several crowns, of which one is modelled.
+    // Several crowns, of which one photograph does not show the depth.
     ("pine", 1, ByTheExactMask, [0.351, 0.332]),
 ];
 

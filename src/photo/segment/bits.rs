@@ -199,6 +199,18 @@ impl Bits {
         self.of_runs(runs.iter().zip(&roots).filter(|(_, root)| **root == largest).map(|(run, _)| run))
     }
 
+    /// The 8-connected components of at least `least` of the largest's area.
+    pub fn without_crumbs(&self, least: f64) -> Self {
+        let runs = self.runs();
+        let roots = roots(&runs, self.height, Neighbours::Eight);
+        let mut areas = vec![0; runs.len()];
+        for (run, &root) in runs.iter().zip(&roots) {
+            areas[root] += run.end - run.start;
+        }
+        let enough = least * areas.iter().max().copied().unwrap_or(0) as f64;
+        self.of_runs(runs.iter().zip(&roots).filter(|(_, root)| areas[**root] as f64 >= enough).map(|(run, _)| run))
+    }
+
     /// The 8-connected component that holds a pixel; `None` when the set does not.
     pub fn component_at(&self, x: usize, y: usize) -> Option<Self> {
         let runs = self.runs();

@@ -106,7 +106,7 @@ impl Hints {
 /// The pixels of one tree.
 #[derive(Debug, Clone)]
 pub struct Segmentation {
-    /// The crown, holes filled: one component, or with method hsv those that included points chose.
+    /// The crown, holes filled: one component; with method hsv those that included points chose, with a given mask its own.
     pub crown: Mask,
     /// The crown and the trunk below it.
     pub tree: Mask,
@@ -185,9 +185,12 @@ struct Found {
     hue_deg: (f64, f64),
 }
 
-/// The crown as a person drew it.
+/// Pieces of a crown that are smaller, as a part of the largest, are specks.
+const CRUMB: f64 = 0.01;
+
+/// The crown as a person drew it: one piece or several.
 fn from_mask(mask: &Mask, scene: &Scene) -> Found {
-    let crown = Bits::from_mask(mask).largest_component().fill_holes();
+    let crown = Bits::from_mask(mask).without_crumbs(CRUMB).fill_holes();
     let hue_deg = foliage::hue_range(scene, &Small::new_mask(&crown.to_mask(), &scene.small));
     Found { steps: vec![("given mask", crown.to_small_mask(STEP_PX))], crown, has_stalk: true, hue_deg }
 }

@@ -250,6 +250,6 @@ impl Strip {
             return (self, crown.clone());
         };
         let foot_y = self.foot[1].max(bottom as f32 + 1.0);
-        (Self { foot: [self.x_at(foot_y), foot_y], ..self }, crown.above(end).largest_component())
+        (Self { foot: [self.x_at(foot_y), foot_y], ..self }, crown.above(end).without_crumbs(super::CRUMB))
     }
 }

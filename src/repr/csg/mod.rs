@@ -73,7 +73,8 @@ impl Representation for Csg {
         let turned = |(number, one): (usize, &Primitive)| one.surface(params.columns as usize, 0.37 + 0.731 * number as f64);
         let solids: Vec<Solid> = primitives.iter().enumerate().map(turned).collect();
         let joined = union::union(&solids);
-        let parts = cover::parts(job, &joined, crown.len(), &tree.pictures[0], params.texture_size.0)?;
+        let most = tree.pictures.iter().max_by_key(|picture| picture.crown.count()).unwrap_or(&tree.pictures[0]);
+        let parts = cover::parts(job, &joined, crown.len(), most, params.texture_size.0)?;
         Ok(BuiltTree::new(bounds, parts.into_iter().map(BuiltPart::still).collect()))
     }
 }

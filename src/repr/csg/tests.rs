@@ -34,7 +34,9 @@ fn volume(solid: &Solid) -> f64 {
 
 #[test]
 fn every_primitive_is_closed_outward_and_fills_its_box_as_it_should() {
-    for (shape, share) in [(Shape::Sphere, 0.5236), (Shape::Ellipsoid, 0.5236), (Shape::Cone, 0.2618), (Shape::Cylinder, 0.7854)] {
+    use std::f64::consts::PI;
+    let shares = [(Shape::Sphere, PI / 6.0), (Shape::Ellipsoid, PI / 6.0), (Shape::Cone, PI / 12.0), (Shape::Cylinder, PI / 4.0)];
+    for (shape, share) in shares {
         let half = if shape == Shape::Sphere { [1.0; 3] } else { [1.0, 2.0, 0.5] };
         let primitive = one(shape, [0.3, 1.0, 0.0], half);
         let solid = primitive.surface(48, 0.1);

@@ -52,7 +52,7 @@ fn outside(solids: &[Vec<Plane>], p: DVec3) -> f64 {
     solids.iter().map(|planes| outside_one(planes, p)).fold(f64::INFINITY, f64::min)
 }
 
-fn two(a: &Joined, a_planes: &[Vec<Plane>], b: &Joined, b_planes: &Vec<Plane>) -> Joined {
+fn two(a: &Joined, a_planes: &[Vec<Plane>], b: &Joined, b_planes: &[Plane]) -> Joined {
     let cuts = Cuts::between(&a.solid, &b.solid);
     let mut joined = Joined::default();
     joined.solid.positions = a.solid.positions.iter().chain(&b.solid.positions).chain(&cuts.points).copied().collect();
@@ -60,7 +60,6 @@ fn two(a: &Joined, a_planes: &[Vec<Plane>], b: &Joined, b_planes: &Vec<Plane>) -
     let beyond_a = |p: DVec3| outside(a_planes, p);
     joined.keep(&a.solid, &a.of, 0, &cuts.on[0], &beyond_b);
     joined.keep(&b.solid, &b.of, a.solid.positions.len(), &cuts.on[1], &beyond_a);
-    // Vertices of either come before the new ones, which the cuts number from 0.
     joined
 }
 
@@ -219,10 +218,11 @@ fn divided(corners: [usize; 3], cut: &Cut, positions: &[DVec3]) -> Vec<[usize; 3
     }
     lines.extend(&cut.segments);
     for line in lines {
-        if let [Some(&p), Some(&q)] = line.map(|v| handles.get(&v)) {
-            if p != q && net.can_add_constraint(p, q) {
-                net.add_constraint(p, q);
-            }
+        if let [Some(&p), Some(&q)] = line.map(|v| handles.get(&v))
+            && p != q
+            && net.can_add_constraint(p, q)
+        {
+            net.add_constraint(p, q);
         }
     }
     // Slivers between a straight edge and the chain along it are of no triangle.

@@ -19,6 +19,7 @@ use crate::texture::{self, BakeParams, SynthParams, texels_per_m};
 use crate::{Result, model::pipeline};
 
 use super::{BuiltTree, Job, Representation, Scope, SourceKind, TreeSource};
+use picture::Picture;
 use subject::{Cluster, Subject};
 
 crate::choices! {
@@ -147,7 +148,10 @@ impl Subject {
 
 impl Cluster {
     fn exemplar(&self, texels_per_m: f64) -> Result<Exemplar> {
-        let first = &self.pictures[0];
+        // The front, unless that is a mere edge of what lies flat.
+        let area = |picture: &Picture| picture.crown.count();
+        let (front, widest) = (&self.pictures[0], self.pictures.iter().max_by_key(|picture| area(picture)));
+        let first = widest.filter(|widest| area(widest) > 2 * area(front)).unwrap_or(front);
         // The pictures have no light in them that would have to be taken out.
         let params = ExemplarParams { delight: 0.0, ..ExemplarParams::default() };
         exemplar::choose(&first.photo, &first.crown, &first.gaps, texels_per_m * first.metres_per_px, &params)

@@ -218,7 +218,11 @@ fn trunk(job: &Job, clusters: &[Cluster], bounds: Bounds, scale: Scale) -> Resul
     };
     // Where it stands in depth is known from the wood alone. Bare between clusters, it is seen up to the largest.
     let course = course(job, bounds, shape.width_m);
-    shape.neck = course(shape.neck.y);
+    let straight = center * (shape.neck.y / center.y.max(1e-3)).clamp(0.0, 1.0);
+    let followed = course(shape.neck.y);
+    // Where it parts into limbs, one of those would have been followed.
+    let strayed = clusters.len() == 1 && followed.distance(straight) > shape.width_m;
+    shape.neck = if strayed { straight.with_y(shape.neck.y) } else { followed };
     shape.tip = if clusters.len() > 1 { course(center.y) } else { shape.neck.midpoint(center) };
     let [r, g, b, _] = bark(job);
     shape.bark = [r, g, b].map(to_srgb);
