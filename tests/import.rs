@@ -645,7 +645,7 @@ fn normal_textures_are_read_where_they_lie_as_the_colours_do() {
     assert!(alone.material.texture.is_none() && alone.material.normal_texture.is_some() && alone.surface.uvs.len() == 4);
     let elsewhere = json!({"index": 1, "extensions": {"KHR_texture_transform": {"scale": [2, 2]}}});
     let imported = with(elsewhere, true);
-    assert_eq!(codes(&imported), ["normals-elsewhere"]);
+    assert!(codes(&imported).contains(&"normals-elsewhere"));
     assert!(only(imported).material.normal_texture.is_none());
     assert!(only(with(json!({"index": 99}), true)).material.normal_texture.is_none());
 }

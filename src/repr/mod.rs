@@ -173,8 +173,8 @@ pub struct Order<'a> {
 /// Builds what was ordered from `source`: the method, joined with another for the wood or the leaves where it builds only one of them.
 ///
 /// # Errors
-/// [`Error::UnknownMethod`], [`Error::TreeTooLarge`], [`Error::NotApplicable`] with the reason, those of [`Representation::build`], and [`Error::Internal`] when
-/// what was built breaks a promise ([`BuiltTree::check`]).
+/// [`Error::UnknownMethod`], [`Error::TreeTooLarge`], [`Error::NotApplicable`] with the reason, those of [`Representation::build`], and
+/// [`Error::Internal`] when what was built breaks a promise ([`BuiltTree::check`]).
 pub fn build(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Result<BuiltTree> {
     let begun = Instant::now();
     let main = method(order.method)?;
