@@ -11,10 +11,10 @@ help: ## this list
 demo: ## build, and turn the sample photograph (or PHOTO=path) into a model
 	@scripts/demo "$(PHOTO)" "$(OUT)/demo"
 
-test: ## all tests, with the checks by OpenCV, scikit-image, Open3D, OpenImageIO and the Khronos validator
+test: ## all tests, with the checks by OpenCV, scikit-image, Open3D, OpenImageIO, the Khronos validator and three.js
 	@scripts/test
 
-test-full: ## the tests, and Blender opens and renders a model (installs another 0.9 GB)
+test-full: ## the tests, and Blender opens and renders models and baked trees (installs another 0.9 GB)
 	@scripts/test full
 
 sheets: ## contact sheets of every photograph and every preset into results/local

@@ -576,6 +576,19 @@ pub enum Error {
         /// What is wrong with it.
         what: String,
     },
+    // ---- Captured cards: repr/card ----
+    /// Pictures of a tree that would take too much memory.
+    #[error(
+        "expected the pictures of a tree to take at most {limit_mib} MiB, but {pictures} of this size would take {found_mib} MiB; lower texture_px or how many there are"
+    )]
+    TooManyPictures {
+        /// What they may take.
+        limit_mib: u64,
+        /// How many there would be.
+        pictures: usize,
+        /// What they would take.
+        found_mib: u64,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.

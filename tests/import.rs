@@ -613,3 +613,39 @@ fn a_tree_of_a_thousand_nodes_becomes_one_surface_per_material() {
     }
     assert_eq!((leaves.surface.uvs.len(), bark.surface.uvs.len()), (2000, 0));
 }
+
+#[test]
+fn normal_textures_are_read_where_they_lie_as_the_colours_do() {
+    let with = |normal: Value, base: bool| {
+        let mut file = textured(&picture(), json!({}), json!({"wrapS": 33_648, "wrapT": 33_071}));
+        if !base {
+            file.json["materials"][0]["pbrMetallicRoughness"] = json!({});
+        }
+        file.json["materials"][0]["normalTexture"] = normal;
+        let bumps = RgbaImage::from_fn(2, 1, |x, _| if x == 0 { Rgba([128, 128, 255, 255]) } else { Rgba([218, 128, 218, 255]) });
+        let mut png = std::io::Cursor::new(vec![]);
+        bumps.write_to(&mut png, image::ImageFormat::Png).unwrap();
+        let view = file.view(&png.into_inner());
+        let image = file.push("images", json!({"bufferView": view, "mimeType": "image/png"}));
+        file.push("textures", json!({"source": image, "sampler": 0}));
+        let uvs = file.floats(&[0.0, 1.0, 2.0, 1.0, 2.0, 0.0, 0.0, 0.0], "VEC2");
+        file.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = uvs.into();
+        read(&file)
+    };
+    let plain = only(with(json!({"index": 1}), true));
+    let normals = plain.material.normal_texture.unwrap();
+    assert_eq!(normals.dimensions(), (4, 1), "mirrored as the colours are");
+    assert_eq!([0, 1, 2, 3].map(|x| normals.get_pixel(x, 0)[0]), [128, 218, 218, 128]);
+    // A slope of one made half as steep: 26.6° instead of 45°.
+    let flatter = only(with(json!({"index": 1, "scale": 0.5}), true)).material.normal_texture.unwrap();
+    let [x, _, z, _] = flatter.get_pixel(1, 0).0.map(|v| f32::from(v) / 127.5 - 1.0);
+    assert!((x / z - 0.5).abs() < 0.02, "{x} {z}");
+    // Without colours it lies as it says itself.
+    let alone = only(with(json!({"index": 1}), false));
+    assert!(alone.material.texture.is_none() && alone.material.normal_texture.is_some() && alone.surface.uvs.len() == 4);
+    let elsewhere = json!({"index": 1, "extensions": {"KHR_texture_transform": {"scale": [2, 2]}}});
+    let imported = with(elsewhere, true);
+    assert_eq!(codes(&imported), ["normals-elsewhere"]);
+    assert!(only(imported).material.normal_texture.is_none());
+    assert!(only(with(json!({"index": 99}), true)).material.normal_texture.is_none());
+}

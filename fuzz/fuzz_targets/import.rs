@@ -5,18 +5,24 @@
 
 #![no_main]
 
+use std::sync::OnceLock;
+
 use libfuzzer_sys::arbitrary::{self, Arbitrary};
 use libfuzzer_sys::fuzz_target;
 use serde_json::{Value, json};
-use sphereboard::model::Part;
+use sphereboard::Seed;
 use sphereboard::model::import::{self, Folder};
 use sphereboard::model::reference::{Asked, ReferenceTree};
+use sphereboard::model::{Part, bounds};
+use sphereboard::repr::file::{self, Origin};
+use sphereboard::repr::{BuiltPart, BuiltTree};
 
 #[derive(Arbitrary, Debug)]
 enum Input {
     File(Vec<u8>),
     Obj(Vec<Line>),
     Gltf { damages: Vec<Damage>, bytes: Vec<(u16, u8)>, cut: u16 },
+    Baked { flips: Vec<(u32, u8)>, cut: u32 },
 }
 
 /// One line of an OBJ file.
@@ -143,6 +149,23 @@ fn damaged(damages: &[Damage], flips: &[(u16, u8)], cut: u16) -> Vec<u8> {
     file
 }
 
+/// A tree as `sphereboard bake` writes it, its bytes flipped and its end cut off.
+fn baked(flips: &[(u32, u8)], cut: u32) -> Vec<u8> {
+    static SOUND: OnceLock<Vec<u8>> = OnceLock::new();
+    let sound = SOUND.get_or_init(|| {
+        let parts = import::read(&damaged(&[], &[], 0), &Folder::default()).expect("the file is sound").parts;
+        let built = BuiltTree::new(bounds(&parts).expect("there are parts"), parts.into_iter().map(BuiltPart::still).collect());
+        let origin = Origin { source: "fuzz".to_owned(), trunk: None, parameters: Default::default(), seed: Seed(1) };
+        file::write(&built, &origin).expect("the tree is sound")
+    });
+    let mut bytes = sound.clone();
+    flips.iter().for_each(|&(at, with)| bytes[at as usize % sound.len()] ^= with);
+    if cut % 8 == 1 {
+        bytes.truncate(cut as usize % sound.len());
+    }
+    bytes
+}
+
 /// What a renderer relies on.
 fn check(part: &Part) {
     let (surface, count) = (&part.surface, part.surface.mesh.positions.len());
@@ -159,7 +182,12 @@ fuzz_target!(|input: Input| {
         Input::File(bytes) => bytes.clone(),
         Input::Obj(lines) => lines.iter().map(Line::text).collect::<Vec<_>>().join("\n").into_bytes(),
         Input::Gltf { damages, bytes, cut } => damaged(damages, bytes, *cut),
+        Input::Baked { flips, cut } => baked(flips, *cut),
     };
+    if let Some(Ok((built, _))) = file::read(&bytes) {
+        built.check().expect("what is read is sound");
+        built.parts.iter().for_each(|part| check(&part.part));
+    }
     let Ok(imported) = import::read(&bytes, &Folder::default()) else { return };
     assert!(!imported.parts.is_empty());
     imported.parts.iter().for_each(check);

@@ -1,7 +1,7 @@
 """Do other programs show of a baked tree what we show? Silhouettes from the front of every method's every level, compared.
 
-``bake_methods`` writes the files, our pictures of them and ``shots.json``, which says how each is looked at; three.js and Blender then
-draw NAME.three.png and NAME.blender.png beside NAME.ours.png; ``compare`` judges them.
+``bake_methods`` writes the files, our pictures of them and ``shots.json``, which says how each is looked at; three.js and Blender
+then draw NAME.three.png and NAME.blender.png beside NAME.ours.png; ``compare`` judges them.
 """
 
 import json
@@ -58,7 +58,9 @@ def draw(program: Path, name: str, out: Path) -> dict[str, Any]:
     size = [top - bottom for bottom, top in zip(low, high, strict=True)]
     distance = DISTANCE_HEIGHTS * max(size[0], size[1]) + size[2] / 2
     picture = out / f"{name}.ours.png"
-    options = f"--azimuth-deg 0 --elevation-deg 0 --stage unshaped --background alpha --growth none --size {SIDE_PX}x{SIDE_PX}".split()
+    options = (
+        f"--azimuth-deg 0 --elevation-deg 0 --stage unshaped --background alpha --growth none --size {SIDE_PX}x{SIDE_PX}".split()
+    )
     where = ["--distance-m", str(distance), "--adapter", "software", "--out", str(picture)]
     ask(program, "render", str(out / f"{name}.glb"), *options, *where)
     target = [(bottom + top) / 2 for bottom, top in zip(low, high, strict=True)]
@@ -77,7 +79,9 @@ def ask(program: Path, *arguments: str) -> str:
     """Run the program; what it prints."""
     run = subprocess.run([str(program), *arguments], capture_output=True, text=True, check=False)
     if run.returncode != 0:
-        raise BadInputError(f"sphereboard {' '.join(arguments)} ended with exit code {run.returncode} and says: {run.stderr.strip()}")
+        raise BadInputError(
+            f"sphereboard {' '.join(arguments)} ended with exit code {run.returncode} and says: {run.stderr.strip()}"
+        )
     return run.stdout
 
 
@@ -104,7 +108,10 @@ def compare(folder: Path, program: str) -> bool:
         ok = ours.any() and math.isfinite(alike) and alike >= LEAST_IOU
         good += ok
         if not ok:
-            print(f"{folder / shot['name']}: silhouettes of ours and {program} share {alike:.3f}, but {LEAST_IOU} is needed", file=sys.stderr)
+            print(
+                f"{folder / shot['name']}: silhouettes of ours and {program} share {alike:.3f}, but {LEAST_IOU} is needed",
+                file=sys.stderr,
+            )
         else:
             print(f"{shot['name']}: IoU {alike:.3f}")
     print(f"{program}: {good} of {len(shots)} baked files look as ours do; look at {folder}/*.{program}.png")

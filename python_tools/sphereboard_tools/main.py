@@ -1,4 +1,4 @@
-"""The command line: ``check-segmentation``, ``check-mesh``, ``check-import``, ``check-depth``; for benches, times and tables."""
+"""The command line: ``check-…`` and ``bake-methods`` for the tests; for benches, times and tables."""
 
 import argparse
 import sys
@@ -28,6 +28,13 @@ def parser() -> argparse.ArgumentParser:
     depth.add_argument("pairs", type=Path, metavar="DIR", help="where cargo test --test depth left its pairs")
     depth.add_argument("--out", type=Path, metavar="DIR", default=Path("results/local/depth"), help="where the render goes")
     depth.add_argument("--binary", type=Path, metavar="PATH", help="the sphereboard program (default: the one in target/)")
+    baking = commands.add_parser("bake-methods", help="bake every method that takes a grown tree, for other programs to draw")
+    baking.add_argument("preset", help="of `sphereboard grow --list`; a small one")
+    baking.add_argument("--binary", type=Path, metavar="PATH", help="the sphereboard program (default: the one in target/)")
+    baking.add_argument("--out", type=Path, metavar="DIR", default=Path("results/local/bake"), help="where files and pictures go")
+    viewers = commands.add_parser("check-viewers", help="compare what another program drew of baked files with what we draw")
+    viewers.add_argument("folder", type=Path, metavar="DIR", help="where bake-methods wrote")
+    viewers.add_argument("program", choices=["three", "blender"], help="whose pictures")
     timing = commands.add_parser("time-hsv", help="time OpenCV's hsv steps for the benches: runs per line in, seconds out")
     timing.add_argument("picture", type=Path)
     timing.add_argument("opening_px", type=int)
@@ -58,6 +65,14 @@ def main() -> int:
             from sphereboard_tools import check_depth
 
             good = check_depth.run(arguments.model, arguments.pairs, arguments.out, arguments.binary)
+        elif arguments.command == "bake-methods":
+            from sphereboard_tools import check_viewers
+
+            good = check_viewers.bake_methods(arguments.binary, arguments.preset, arguments.out)
+        elif arguments.command == "check-viewers":
+            from sphereboard_tools import check_viewers
+
+            good = check_viewers.compare(arguments.folder, arguments.program)
         elif arguments.command == "time-hsv":
             from sphereboard_tools import time_hsv
 

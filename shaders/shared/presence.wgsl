@@ -28,7 +28,7 @@ fn share_toward(toward: vec3f, normal: vec3f) -> f32 {
         cosine = abs(cosine);
     }
     let ends = presence.cosines;
-    if ends.y > ends.x {
+    if ends.y != ends.x {
         return saturate((cosine - ends.x) / (ends.y - ends.x));
     }
     return select(0.0, 1.0, cosine >= ends.y);

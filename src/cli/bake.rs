@@ -1,13 +1,14 @@
 //! `sphereboard bake`: what a method makes of a tree, as a GLB file, and what it costs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::{Value, json};
 
+use crate::repr::box_hierarchy::{self, BoxHierarchy};
 use crate::repr::file::{self, Origin};
-use crate::repr::{BuiltTree, Stats};
+use crate::repr::{BuiltTree, Representation as _, SoftwareCapture, Stats};
 use crate::{Error, Result, files};
 
 use super::batch::text_of;
@@ -31,9 +32,20 @@ pub fn command() -> Command {
             Arg::new("out")
                 .long("out")
                 .value_name("T.glb")
-                .required(true)
+                .required_unless_present("stream")
                 .value_parser(value_parser!(PathBuf))
                 .help("The file to write, a name that ends in .glb"),
+        )
+        .arg(
+            Arg::new("stream")
+                .long("stream")
+                .value_name("DIR")
+                .conflicts_with_all(["out", "levels"])
+                .value_parser(value_parser!(PathBuf))
+                .help(
+                    "With --method box-hierarchy: a folder for the tree as a stream of files, coarse to fine. Any of them from the first on are \
+                     a tree, which `render` and `view` draw when given the folder",
+                ),
         )
         .arg(
             Arg::new("levels")
@@ -52,6 +64,9 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let wish = Wish::read(matches)?;
     let method = wish.method.clone().expect("clap requires it");
     let text = matches.get_one::<String>("source").expect("clap requires it");
+    if let Some(folder) = matches.get_one::<PathBuf>("stream") {
+        return stream(&wish, &method, text, folder, matches.get_flag("json"));
+    }
     let out = matches.get_one::<PathBuf>("out").expect("clap requires it");
     if !out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("glb")) || out.file_stem().is_none() {
         return Err(Error::Hint { flag: "--out", expected: "a file *.glb".to_owned(), found: text_of(out) });
@@ -82,6 +97,31 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     Ok(if say::out(&text) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
+/// The tree as a stream of files.
+fn stream(wish: &Wish, method: &str, text: &str, folder: &Path, as_json: bool) -> Outcome {
+    if method != BoxHierarchy.id() {
+        let what = format!("only the method {} makes streams, and {method} was asked for", BoxHierarchy.id());
+        return Err(Error::Usage { what, remedy: "choose --method box-hierarchy, or --out for a GLB file" });
+    }
+    let bar = spinner(format!("{text}: growing or reading it"));
+    let source = wish.source(text)?;
+    bar.set_message(format!("{text}: building {method}"));
+    let stream = box_hierarchy::stream(&wish.order(method), &source, &SoftwareCapture::new())?;
+    bar.set_message(format!("{text}: writing {}", folder.display()));
+    box_hierarchy::write_stream(folder, &stream)?;
+    bar.finish_and_clear();
+    let files = stream.0.iter();
+    let text = if as_json {
+        let files: Vec<_> = files.map(|(name, bytes)| json!({"name": name, "bytes": bytes.len()})).collect();
+        format!("{:#}", json!({"out": text_of(folder), "files": files, "color_bytes": stream.color_bytes()}))
+    } else {
+        let lines = files.map(|(name, bytes)| format!("{:>12}  {}", grouped(bytes.len()), folder.join(name).display()));
+        let colors = format!("the colour pictures have {} bytes together", grouped(stream.color_bytes()));
+        lines.chain([colors]).collect::<Vec<_>>().join("\n")
+    };
+    Ok(if say::out(&text) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
 /// The level that was asked for; `None` for all.
 fn level_of(text: &str, built: &BuiltTree) -> Result<Option<usize>> {
     if text == "all" {
@@ -106,9 +146,7 @@ fn notes(built: &BuiltTree) -> Vec<String> {
     }
     let all = built.parts.len();
     let note = |(needs, count): &(&str, usize)| {
-        format!(
-            "{count} of {all} parts: each {needs}, which glTF has no word for; `sphereboard render` and `view` do it, other viewers do not"
-        )
+        format!("{count} of {all} parts: each {needs}, for which glTF has no word: only `sphereboard render` and `view` show it so")
     };
     kinds.iter().map(note).collect()
 }

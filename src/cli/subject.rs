@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::geom::Bounds;
 use crate::model::reference::Asked;
 use crate::plant::presets::preset;
+use crate::repr::box_hierarchy;
 use crate::repr::limits::{self, BudgetParams};
 use crate::repr::{self, BuiltPart, BuiltTree, Order, Scope, Settings, SoftwareCapture, TreeSource, file};
 use crate::{Error, Result, Seed, Warning, files};
@@ -114,9 +115,8 @@ impl Wish {
     /// The wished-for stand-in of `source`.
     ///
     /// # Errors
-    /// Those of [`repr::build`], [`limits::check_source`] and [`limits::check_textures`].
+    /// Those of [`repr::build`] and [`limits::check_textures`].
     pub fn build(&self, method: &str, source: &TreeSource) -> Result<BuiltTree> {
-        limits::check_source(source)?;
         let built = repr::build(&self.order(method), source, &SoftwareCapture::new())?;
         limits::check_textures(&built, &self.budget)?;
         warn(source.name(), &built.warnings);
@@ -144,6 +144,11 @@ impl Wish {
                 points: source.points(Scope::Tree).collect(),
                 built: BuiltTree::new(source.box_of_all()?, parts),
             });
+        }
+        if Path::new(text).is_dir() {
+            let built = box_hierarchy::read_stream(text.as_ref())?.built()?;
+            warn(text, &built.warnings);
+            return Ok(Subject { points: corners(built.bounds), built });
         }
         if let Some(built) = baked(text.as_ref()) {
             return Ok(Subject { points: corners(built.bounds), built });

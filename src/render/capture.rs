@@ -5,7 +5,7 @@ use glam::{Mat4, Vec3, Vec4};
 use image::{GrayImage, Luma, Rgba, RgbaImage};
 
 use super::mesh::pipeline_layout;
-use super::part::{DevicePart, PartStore, Textures};
+use super::part::{DevicePart, PartStore, PlaceInTree, Textures};
 use super::targets::{COLOR, DEPTH, color_attachment, depth_attachment, nearer};
 use crate::Result;
 use crate::geom::Bounds;
@@ -52,9 +52,9 @@ impl<'a> GpuCapture<'a> {
 
     fn upload(&self, parts: &[&Part]) -> Vec<DevicePart> {
         let mut textures = Textures::averaged();
-        let nowhere = Bounds { min: Vec3::ZERO, max: Vec3::ONE };
+        let place = PlaceInTree { bounds: Bounds { min: Vec3::ZERO, max: Vec3::ONE }, crown: 0, group: 0 };
         let there = parts.iter().filter(|part| part.surface.mesh.polygon_count() > 0);
-        let upload = |part| self.store.upload(self.gpu, part, (&Drawn::Still, &Seen::default()), nowhere, 0, 0, &mut textures);
+        let upload = |part| self.store.upload(self.gpu, part, (&Drawn::Still, &Seen::default()), place, &mut textures);
         there.copied().map(upload).collect()
     }
 

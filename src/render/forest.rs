@@ -10,10 +10,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::drawer::{Drawer, PassKind};
 use super::mesh::{TARGETS, pipeline_of};
-use super::part::{DevicePart, PartStore, Textures};
+use super::part::{DevicePart, PartStore, PlaceInTree, Textures};
 use super::scene::{Scene, turn_of};
 use crate::Result;
-use crate::geom::{Bounds, Surface};
+use crate::geom::Surface;
 use crate::gpu::{Gpu, Shader, layout, upload_buffer};
 use crate::model::Part;
 use crate::repr::BuiltPart;
@@ -38,15 +38,14 @@ impl ForestPart {
         store: &PartStore,
         built: &BuiltPart,
         forest: &Arc<LeafForest>,
-        tree: Bounds,
-        group: usize,
+        place: PlaceInTree,
         textures: &mut Textures,
     ) -> Self {
         static UPLOADED: AtomicU64 = AtomicU64::new(0);
         let bare = BuiltPart { part: Part { surface: Surface::default(), ..built.part.clone() }, ..built.clone() };
         let storage = |label, contents: &[u8]| upload_buffer(gpu, label, contents, wgpu::BufferUsages::STORAGE);
         Self {
-            part: store.upload(gpu, &bare.part, (&bare.drawn, &bare.seen), tree, 0, group, textures),
+            part: store.upload(gpu, &bare.part, (&bare.drawn, &bare.seen), place, textures),
             corners: storage("forest.corners", bytemuck::cast_slice(&corners(&built.part.surface))),
             leaves: storage("forest.leaves", bytemuck::cast_slice(&leaves(forest))),
             forest: forest.clone(),

@@ -41,6 +41,17 @@ impl DevicePart {
     }
 }
 
+/// What a part is in its tree.
+#[derive(Debug, Clone, Copy)]
+pub struct PlaceInTree {
+    /// Of the whole tree.
+    pub bounds: Bounds,
+    /// Number of its crown, from 1; 0 where it is none.
+    pub crown: u32,
+    /// See [`DevicePart::group`].
+    pub group: usize,
+}
+
 /// Puts parts onto the device.
 #[derive(Debug)]
 pub struct PartStore {
@@ -76,16 +87,13 @@ impl PartStore {
         }
     }
 
-    /// Puts a part of the tree in `tree` onto the device, placed and seen like that, its crown being the `crown`-th, from 1, or 0 for
-    /// none.
+    /// Puts a part onto the device, placed and seen like that.
     pub fn upload(
         &self,
         gpu: &Gpu,
         part: &Part,
         (drawn, seen): (&Drawn, &Seen),
-        tree: Bounds,
-        crown: u32,
-        group: usize,
+        place: PlaceInTree,
         textures: &mut Textures,
     ) -> DevicePart {
         let surface = &part.surface;
@@ -101,10 +109,10 @@ impl PartStore {
             vertices: buffer("part.vertices", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer("part.indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             count: indices.len() as u32,
-            material: self.bind(gpu, part, material_of(part, crown, tree), presence_of(part, drawn, seen), textures),
+            material: self.bind(gpu, part, material_of(part, place), presence_of(part, drawn, seen), textures),
             two_sided: part.material.two_sided,
             pierced: part.material.alpha_cutoff.is_some() || !seen.is_always(),
-            group,
+            group: place.group,
         }
     }
 
@@ -136,7 +144,7 @@ impl PartStore {
     }
 }
 
-fn material_of(part: &Part, crown: u32, tree: Bounds) -> layout::Material {
+fn material_of(part: &Part, PlaceInTree { bounds: tree, crown, .. }: PlaceInTree) -> layout::Material {
     let Material { factor, alpha_cutoff, two_sided, normal_texture, .. } = &part.material;
     let box_of_crown = part.crown_center.and_then(|_| part.surface.mesh.bounds());
     let half = box_of_crown.map_or(Vec3::ONE, |crown| (0.5 * crown.size()).max(Vec3::splat(1e-3)));

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::forest::ForestPart;
 use super::impostor;
-use super::part::{DevicePart, PartStore, Textures};
+use super::part::{DevicePart, PartStore, PlaceInTree, Textures};
 use crate::geom::Bounds;
 use crate::gpu::Gpu;
 use crate::model::{Growth, GrowthProfile, Part};
@@ -65,14 +65,14 @@ impl Tree {
         for built_part in drawable {
             let crown = CrownShape::of(built_part);
             tree.crowns.extend(crown);
-            let number = if crown.is_some() { tree.crowns.len() as u32 } else { 0 };
+            let crown = if crown.is_some() { tree.crowns.len() as u32 } else { 0 };
             let BuiltPart { part, drawn, seen } = built_part;
-            let group = tree.group(*seen);
+            let place = PlaceInTree { bounds: built.bounds, crown, group: tree.group(*seen) };
             if let Drawn::Forest(forest) = drawn {
-                tree.forests.push(ForestPart::upload(gpu, store, built_part, forest, built.bounds, group, &mut textures));
+                tree.forests.push(ForestPart::upload(gpu, store, built_part, forest, place, &mut textures));
                 continue;
             }
-            let device_part = store.upload(gpu, part, (drawn, seen), built.bounds, number, group, &mut textures);
+            let device_part = store.upload(gpu, part, (drawn, seen), place, &mut textures);
             match drawn {
                 Drawn::Octahedral(_) => tree.impostors.push(device_part),
                 Drawn::Still | Drawn::Turned { .. } | Drawn::Forest(_) => tree.meshes.push(device_part),

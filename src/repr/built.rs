@@ -131,7 +131,8 @@ pub enum Facing {
     /// From all.
     Any,
     /// By the cosine between `axis` and the direction from the anchor to the viewer (in the sun's map: to the sun): nothing at or below
-    /// `cosines[0]`, all at or above `cosines[1]`, linear between; a hard edge where they are equal.
+    /// `cosines[0]`, all at or above `cosines[1]`, linear between; a hard edge where they are equal. Where they fall it is the other way
+    /// round: nothing at or above the first, all at or below the second.
     Toward {
         /// Unit vector, object space.
         axis: Vec3,
@@ -220,19 +221,17 @@ impl Seen {
         let flat = Vec3::new(toward_viewer.x, 0.0, toward_viewer.z);
         let toward = if level { flat.normalize_or(Vec3::Z) } else { toward_viewer };
         let cosine = if both_sides { axis.dot(toward).abs() } else { axis.dot(toward) };
-        if all > none { ((cosine - none) / (all - none)).clamp(0.0, 1.0) } else { f32::from(u8::from(cosine >= all)) }
+        if all != none { ((cosine - none) / (all - none)).clamp(0.0, 1.0) } else { f32::from(u8::from(cosine >= all)) }
     }
 }
 
 impl Facing {
-    /// A unit axis, and cosines that rise or are equal.
+    /// A unit axis and finite cosines, rising or equal for polygons of their own.
     fn is_sound(&self) -> bool {
         match self {
             Self::Any => true,
             Self::Own { cosines: [none, all] } => none.is_finite() && all.is_finite() && none <= all,
-            Self::Toward { axis, cosines: [none, all], .. } => {
-                axis.is_normalized() && none.is_finite() && all.is_finite() && none <= all
-            }
+            Self::Toward { axis, cosines: [none, all], .. } => axis.is_normalized() && none.is_finite() && all.is_finite(),
         }
     }
 }
@@ -296,12 +295,14 @@ impl BuiltTree {
         self
     }
 
-    /// This and what another method built of the rest of the tree. Levels are those of either that has more.
+    /// This and what another method built of the rest of the tree. Levels are this one's, or the other's where this has but one, at
+    /// distances near theirs at which nothing of the rest fades.
     pub fn joined(mut self, other: Self) -> Self {
+        let (main, rest) = if self.levels.len() > 1 { (&self, &other) } else { (&other, &self) };
+        let levels =
+            main.levels.iter().map(|level| Level { distance: settled(level.distance, main, rest), ..level.clone() }).collect();
+        self.levels = levels;
         self.parts.extend(other.parts);
-        if other.levels.len() > self.levels.len() {
-            self.levels = other.levels;
-        }
         self.growth = self.growth.or(other.growth);
         self.warnings.extend(other.warnings);
         self
@@ -340,6 +341,15 @@ impl BuiltTree {
     }
 }
 
+/// The distance nearest to `distance` at which as much as there is seen of the parts of `main`, and all or nothing of each of `rest`;
+/// `distance` itself where there is none within a factor of three.
+fn settled(distance: f32, main: &BuiltTree, rest: &BuiltTree) -> f32 {
+    let same = |d: f32| main.parts.iter().all(|part| part.seen.share_at(d) == part.seen.share_at(distance));
+    let whole = |d: f32| rest.parts.iter().all(|part| [0.0, 1.0].contains(&part.seen.share_at(d)));
+    let steps = (0..=60).flat_map(|step| [step, -step]);
+    steps.map(|step| distance * 1.02f32.powi(step)).find(|d| same(*d) && whole(*d)).unwrap_or(distance)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -357,6 +367,26 @@ mod tests {
     }
 
     #[test]
+    fn levels_of_a_joined_tree_are_where_nothing_fades() {
+        let tree = |ends: &[f32], distances: &[f32]| {
+            let part = Part { name: String::new(), surface: Default::default(), material: Default::default(), crown_center: None };
+            let seen = ends.windows(2).map(|ends| Seen::between(Vec3::ZERO, ends[0], ends[1], 0.15));
+            let parts = seen.map(|seen| BuiltPart::still(part.clone()).seen(seen)).collect();
+            let levels = distances.iter().map(|distance| Level { name: String::new(), distance: *distance }).collect();
+            BuiltTree { levels, ..BuiltTree::new(Bounds { min: Vec3::ZERO, max: Vec3::ONE }, parts) }
+        };
+        let main = || tree(&[0.0, 10.0, 30.0, f32::MAX], &[5.0, 17.0, 60.0]);
+        let other = || tree(&[0.0, 5.0, f32::MAX], &[2.0, 9.0]);
+        let one = || tree(&[0.0, f32::MAX], &[1.0]);
+        for (joined, parts_seen) in [(main().joined(other()), 2.0), (main().joined(one()), 2.0), (one().joined(main()), 2.0)] {
+            let distances: Vec<f32> = joined.levels.iter().map(|level| level.distance).collect();
+            assert!(distances[0] < 10.0 && distances[1..] == [17.0, 60.0], "{distances:?}");
+            let shares = joined.parts.iter().map(|part| part.seen.share_at(distances[0]));
+            assert!(shares.clone().all(|share| share == 0.0 || share == 1.0) && shares.sum::<f32>() == parts_seen, "{distances:?}");
+        }
+    }
+
+    #[test]
     fn a_side_is_told_by_azimuth_alone_where_asked() {
         let seen = Seen {
             facing: Facing::Toward { axis: Vec3::X, cosines: [0.5, 0.5], level: true, both_sides: false },
@@ -368,6 +398,11 @@ mod tests {
         };
         assert_eq!((at(90.0, 20.0), at(31.0, 0.0), at(29.0, 0.0), at(270.0, 0.0)), (1.0, 1.0, 0.0, 0.0));
         assert_eq!(seen.share_toward(Vec3::Y), 0.0);
+        // Seen but from above.
+        let facing = Facing::Toward { axis: Vec3::Y, cosines: [0.9, 0.5], level: false, both_sides: false };
+        let low = Seen { facing, ..Seen::default() };
+        let at = |y: f32| low.share_toward(Vec3::new((1.0 - y * y).sqrt(), y, 0.0));
+        assert!(at(-1.0) == 1.0 && at(0.5) == 1.0 && (at(0.7) - 0.5).abs() < 1e-5 && at(0.95) == 0.0);
     }
 
     #[test]

@@ -11,10 +11,10 @@ use glam::{Vec2, Vec3};
 use image::{Rgba, RgbaImage};
 use rayon::prelude::*;
 
-use crate::Result;
 use crate::geom::{Bounds, PolyMesh, Surface};
 use crate::model::{Material, Part, Wrap};
 use crate::raster::{self, ALPHA_CUTOFF, Layer, View, to_linear, to_srgb};
+use crate::{Error, Result};
 
 use super::Capture;
 
@@ -69,14 +69,31 @@ pub fn window_around(points: impl IntoIterator<Item = Vec3>, axes: [Vec3; 3]) ->
     Bounds::of(points.into_iter().map(|p| Vec3::from(axes.map(|axis| axis.dot(p)))))
 }
 
+/// Texels taken at a time: what a picture is while it is taken needs some 50 bytes a texel.
+const BATCH_TEXELS: u64 = 1 << 23;
+/// Bytes that all pictures of a tree may take while it is built, normals and smaller sizes included: a bound on memory. What a user allows
+/// is checked on what was built ([`super::limits`]).
+const LIMIT_BYTES: u64 = 1 << 30;
+
 /// Takes `cards` of `parts`: a part each, seen from both sides; `None` for one in which nothing is seen.
 ///
 /// # Errors
-/// Those of [`Capture::take`].
+/// [`Error::TooManyPictures`] when they would take more than 1 GiB, and those of [`Capture::take`].
 pub fn captured(capture: &dyn Capture, parts: &[&Part], cards: &[Card]) -> Result<Vec<Option<Part>>> {
-    let views: Vec<View> = cards.iter().map(Card::view).collect();
-    let taken = capture.take(parts, &views)?;
-    Ok(cards.par_iter().zip(&taken).map(|(card, taken)| part(card, taken)).collect())
+    let texels = |card: &Card| u64::from(card.size_px[0]) * u64::from(card.size_px[1]);
+    // A picture and its normals, 4 bytes a texel each, and a third for their smaller sizes.
+    let bytes = cards.iter().map(texels).sum::<u64>() * 8 / 3 * 4;
+    if bytes > LIMIT_BYTES {
+        return Err(Error::TooManyPictures { limit_mib: LIMIT_BYTES >> 20, pictures: cards.len(), found_mib: bytes >> 20 });
+    }
+    let largest = cards.iter().map(texels).max().unwrap_or(1).max(1);
+    let mut made = Vec::with_capacity(cards.len());
+    for cards in cards.chunks((BATCH_TEXELS / largest).max(1) as usize) {
+        let views: Vec<View> = cards.iter().map(Card::view).collect();
+        let taken = capture.take(parts, &views)?;
+        made.par_extend(cards.par_iter().zip(&taken).map(|(card, taken)| part(card, taken)));
+    }
+    Ok(made)
 }
 
 fn part(card: &Card, taken: &raster::Capture) -> Option<Part> {
@@ -209,6 +226,18 @@ mod tests {
         let there = texture.pixels().filter(|p| f32::from(p.0[3]) >= 255.0 * ALPHA_CUTOFF).count() as f32 / 256.0;
         // 40 strips of 0.02 m × 1 m in 4 m².
         assert!((there - 0.2).abs() < 0.06, "{there}");
+    }
+
+    #[test]
+    fn many_pictures_are_taken_in_order_and_too_many_are_refused() {
+        let part = leaf(Vec3::ZERO, Vec3::Z);
+        let window = Bounds { min: Vec3::splat(-1.0), max: Vec3::ONE };
+        let cards: Vec<Card> = (1..=5).map(|k| front(window, [4 * k, 4])).collect();
+        let taken = captured(&SoftwareCapture::new(), &[&part], &cards).unwrap();
+        let widths: Vec<u32> = taken.iter().flatten().map(|part| part.material.texture.as_ref().unwrap().width()).collect();
+        assert_eq!(widths, [4, 8, 12, 16, 20]);
+        let refused = captured(&SoftwareCapture::new(), &[&part], &vec![front(window, [2048, 2048]); 40]).unwrap_err();
+        assert!(refused.to_string().contains("texture_px"), "{refused}");
     }
 
     #[test]

@@ -98,9 +98,10 @@ pub fn beyond_gltf(part: &BuiltPart) -> Option<&'static str> {
     match (&part.drawn, part.seen.facing) {
         (Drawn::Octahedral(_), _) => Some("shows the picture that was taken nearest to the viewer's side"),
         (Drawn::Turned { .. }, _) => Some("turns to the viewer"),
-        (Drawn::Still | Drawn::Forest(_), Facing::Toward { .. }) => Some("is seen from some sides only"),
+        (Drawn::Forest(_), _) => Some("loses its leaves one by one with distance; the file has them as plain levels"),
+        (Drawn::Still, Facing::Toward { .. }) => Some("is seen from some sides only"),
         // Fading edge-on is left out where glTF has no word for it.
-        (Drawn::Still | Drawn::Forest(_), Facing::Any | Facing::Own { .. }) => None,
+        (Drawn::Still, Facing::Any | Facing::Own { .. }) => None,
     }
 }
 

@@ -7,7 +7,7 @@ use crate::{Error, Result};
 use super::{BuiltTree, Scope, Stats, TreeSource, method};
 
 /// Memory that building takes per triangle of the source, bytes, beside the pictures: the source itself, a copy of it, and what is sorted
-/// and captured. Measured: see ARCHITECTURE.md.
+/// and captured.
 pub const BYTES_PER_TRIANGLE: usize = 600;
 
 /// Most triangles of a source: about 12 GB by [`BYTES_PER_TRIANGLE`], ten times a tree of a million leaves.

@@ -118,7 +118,7 @@ pub trait Representation: Sync {
     /// Its parameters with meanings, units, ranges, defaults and sources.
     fn specs(&self) -> Vec<crate::params::ParamSpec>;
 
-    /// Who builds the wood where this builds only the leaves, unless another is asked for.
+    /// Who builds the wood where this builds only the leaves, unless another is asked for; `geometry` does where that cannot.
     fn partner(&self) -> &'static str {
         "geometry"
     }
@@ -173,11 +173,12 @@ pub struct Order<'a> {
 /// Builds what was ordered from `source`: the method, joined with another for the wood or the leaves where it builds only one of them.
 ///
 /// # Errors
-/// [`Error::UnknownMethod`], [`Error::NotApplicable`] with the reason, those of [`Representation::build`], and [`Error::Internal`] when
+/// [`Error::UnknownMethod`], [`Error::TreeTooLarge`], [`Error::NotApplicable`] with the reason, those of [`Representation::build`], and [`Error::Internal`] when
 /// what was built breaks a promise ([`BuiltTree::check`]).
 pub fn build(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Result<BuiltTree> {
     let begun = Instant::now();
     let main = method(order.method)?;
+    limits::check_source(source)?;
     let (own, for_trunk) = order.settings.split("trunk.");
     let scopes = main.scopes();
     let make = |method: &dyn Representation, scope, settings: &Settings| {
@@ -187,7 +188,7 @@ pub fn build(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Resul
     };
     let joins = scopes.contains(&Scope::Foliage) && (order.trunk.is_some() || scopes[0] == Scope::Foliage);
     let built = if joins {
-        let partner = method(order.trunk.unwrap_or(main.partner()))?;
+        let partner = wood_method(main, order.trunk, source)?;
         if !partner.scopes().contains(&Scope::Wood) {
             return Err(Error::UnknownMethod { known: ids_of(Scope::Wood), found: partner.id().to_owned() });
         }
@@ -203,6 +204,17 @@ pub fn build(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Resul
     };
     built.check().map_err(|what| Error::Internal { stage: "repr", what: format!("{}: {what}", main.id()) })?;
     Ok(BuiltTree { method: main.id().to_owned(), build_ms: begun.elapsed().as_secs_f64() * 1e3, ..built })
+}
+
+/// Who builds the wood of `source` beside `main`, which builds its leaves.
+///
+/// # Errors
+/// [`Error::UnknownMethod`] for one that is asked for and not there.
+pub fn wood_method(main: &dyn Representation, asked: Option<&str>, source: &TreeSource) -> Result<&'static dyn Representation> {
+    match asked {
+        Some(id) => method(id),
+        None => method(main.partner()).and_then(|own| if takes(own, source).is_ok() { Ok(own) } else { method("geometry") }),
+    }
 }
 
 /// Whether `method` takes `source`.

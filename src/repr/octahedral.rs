@@ -219,14 +219,17 @@ mod tests {
 
     #[test]
     fn frames_do_not_touch_and_colour_goes_on_under_what_is_not_there() {
-        let tree = built("octahedral", &["grid=4", "frame_px=64"], &trial::block()).unwrap();
-        let (_, colors, _) = opened(&tree);
-        let color = colors.get_pixel(32, 32).0;
-        for (x, y, texel) in colors.enumerate_pixels() {
-            if [x % 64, y % 64].iter().any(|k| *k == 0 || *k == 63) {
-                assert_eq!(texel[3], 0, "{x}, {y}");
+        // The trunk fills its frames from top to bottom.
+        for source in [trial::block(), trial::bare()] {
+            let tree = built("octahedral", &["grid=4", "frame_px=64"], &source).unwrap();
+            let (_, colors, _) = opened(&tree);
+            let color = colors.get_pixel(32, 32).0;
+            for (x, y, texel) in colors.enumerate_pixels() {
+                if [x % 64, y % 64].iter().any(|k| *k == 0 || *k == 63) {
+                    assert_eq!(texel[3], 0, "{x}, {y}");
+                }
+                assert!(texel.0[..3].iter().zip(color).all(|(a, b)| a.abs_diff(b) <= 1), "{x}, {y}");
             }
-            assert!(texel.0[..3].iter().zip(color).all(|(a, b)| a.abs_diff(b) <= 1), "{x}, {y}");
         }
     }
 

@@ -33,7 +33,9 @@ window.draw = async (url, { size_px: [width, height], target, distance_m, fov_de
   renderer.setSize(width, height, false);
   renderer.setClearColor(0, 0);
   const { scene, userData } = await new GLTFLoader().loadAsync(url);
-  scene.add(new THREE.HemisphereLight(0xffffff, 0x606050, 2), new THREE.DirectionalLight(0xffffff, 2));
+  const sun = new THREE.DirectionalLight(0xffffff, 3);
+  sun.position.set(1, 2, 3);
+  scene.add(new THREE.HemisphereLight(0xffffff, 0x606050, 2), sun);
   const camera = new THREE.PerspectiveCamera(fov_deg, width / height, distance_m / 100, distance_m * 100);
   camera.position.set(target[0], target[1], target[2] + distance_m);
   renderer.render(scene, camera);

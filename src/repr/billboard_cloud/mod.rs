@@ -4,6 +4,9 @@
 //! [`planes`] finds the planes. Every plane then gets the tightest rectangle round its own leaves, and all rectangles are packed into one
 //! picture ([`atlas`]). The picture is taken at once: leaves are moved to where their plane's rectangle lies in it, lying as they lie
 //! towards their plane, so that one parallel view shows each plane's own leaves and no others, with normals in the plane's own axes.
+//!
+//! A leaf that leans away from its plane would be drawn foreshortened, and the crown would grow thin: of a flat thing, as much is seen on the
+//! average over all directions as it has area. So it is drawn as wide as it is (ours), up to [`MOST_STRETCH`].
 
 mod atlas;
 mod planes;
@@ -11,7 +14,7 @@ mod planes;
 use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
-use self::planes::{Leaf, Misfit, Sheet, sheets};
+use self::planes::{Leaf, Misfit, Plane, Sheet, sheets};
 use super::card::{Card, captured};
 use super::levels::{Rung, relieving};
 use super::pick::picked;
@@ -43,6 +46,9 @@ const SHARES: [f32; 3] = [1.0, 0.4, 0.11];
 /// Texels between rectangles, so that coarser mip levels of one do not show another.
 const GAP_PX: f32 = 4.0;
 
+/// A leaf is drawn at most so many times as wide as its plane sees it.
+const MOST_STRETCH: f32 = 3.0;
+
 /// A level of which a larger share of leaf area than this is beyond the bound is said so.
 const TOLD_BEYOND: f32 = 0.02;
 
@@ -64,6 +70,10 @@ impl Representation for BillboardCloud {
 
     fn scopes(&self) -> &'static [Scope] {
         &[Scope::Foliage]
+    }
+
+    fn partner(&self) -> &'static str {
+        "lodstrips"
     }
 
     fn accepts(&self) -> &'static [SourceKind] {
@@ -148,14 +158,16 @@ impl<'a> Foliage<'a> {
 
     /// The cards of these sheets with their picture of `side_px` texels a side; `None` where nothing is seen.
     fn drawn(&self, sheets: &[Sheet], side_px: u32, capture: &dyn Capture) -> Result<Option<Part>> {
+        let middle = self.middle();
+        let flat = self.flattened(sheets);
         let rectangles: Vec<Rectangle> =
-            sheets.par_iter().map(|sheet| Rectangle::round(sheet, &self.leaves, self.middle())).collect();
+            sheets.par_iter().map(|sheet| Rectangle::round(sheet.plane, &self.corners(sheet, &flat), middle)).collect();
         let sizes: Vec<Vec2> = rectangles.iter().map(|rectangle| rectangle.size).collect();
         let (places, scale) = atlas::packed(&sizes, GAP_PX / side_px as f32);
         // The picture is in metres too: as wide as makes a metre of leaves a metre.
         let side_m = 1.0 / scale.max(1e-9);
-        let laid: Vec<Part> =
-            (0..self.parts.len()).into_par_iter().map(|part| self.laid(part, sheets, &rectangles, &places, side_m)).collect();
+        let pieces = Laid { sheets, rectangles: &rectangles, places: &places, side_m };
+        let laid: Vec<Part> = flat.par_iter().enumerate().map(|(part, surface)| self.laid(part, surface, &pieces)).collect();
         let laid: Vec<&Part> = laid.iter().filter(|part| part.surface.mesh.polygon_count() > 0).collect();
         let Some(depth) = Bounds::of(laid.iter().flat_map(|part| part.surface.mesh.positions.iter().copied())) else {
             return Ok(None);
@@ -171,15 +183,42 @@ impl<'a> Foliage<'a> {
         Ok(taken.map(|part| Part { surface: cards(&rectangles, &places, scale), ..part }))
     }
 
+    /// The surfaces of all parts, with every leaf as wide along its plane as it is in space.
+    fn flattened(&self, sheets: &[Sheet]) -> Vec<Surface> {
+        let mut surfaces: Vec<Surface> = self.parts.iter().map(|part| part.surface.clone()).collect();
+        for sheet in sheets {
+            for &leaf in &sheet.leaves {
+                let ((part, polygons), Leaf { center, normal, .. }) = (&self.polygons[leaf as usize], &self.leaves[leaf as usize]);
+                let facing = normal.dot(sheet.plane.normal);
+                let across = (*normal - facing * sheet.plane.normal).normalize_or_zero();
+                let more = (1.0 / facing.abs().max(1e-6)).min(MOST_STRETCH) - 1.0;
+                for vertex in vertices(polygons) {
+                    let p = &mut surfaces[*part].mesh.positions[vertex as usize];
+                    *p += more * (*p - *center).dot(across) * across;
+                }
+            }
+        }
+        surfaces
+    }
+
+    /// Every corner of a sheet's leaves.
+    fn corners(&self, sheet: &Sheet, flat: &[Surface]) -> Vec<Vec3> {
+        let of = |leaf: &u32| {
+            let (part, polygons) = &self.polygons[*leaf as usize];
+            vertices(polygons).into_iter().map(|vertex| flat[*part].mesh.positions[vertex as usize])
+        };
+        sheet.leaves.iter().flat_map(of).collect()
+    }
+
     /// Middle of all leaves.
     fn middle(&self) -> Vec3 {
         Bounds::of(self.leaves.iter().map(|leaf| leaf.center)).map_or(Vec3::ZERO, |bounds| bounds.center())
     }
 
-    /// The leaves of one part, laid into the picture.
-    fn laid(&self, part: usize, sheets: &[Sheet], rectangles: &[Rectangle], places: &[Vec2], side_m: f32) -> Part {
+    /// The leaves of one part, flattened as `flat`, laid into the picture.
+    fn laid(&self, part: usize, flat: &Surface, pieces: &Laid) -> Part {
         let mut surface = Surface::default();
-        for ((sheet, rectangle), place) in sheets.iter().zip(rectangles).zip(places) {
+        for ((sheet, rectangle), place) in pieces.sheets.iter().zip(pieces.rectangles).zip(pieces.places) {
             let mine = sheet.leaves.iter().map(|&leaf| &self.polygons[leaf as usize]).filter(|(of, _)| *of == part);
             let (mut triangles, mut quads) = (vec![], vec![]);
             for (_, (t, q)) in mine {
@@ -189,9 +228,9 @@ impl<'a> Foliage<'a> {
             if triangles.is_empty() && quads.is_empty() {
                 continue;
             }
-            let mut piece = picked(&self.parts[part].surface, &triangles, &quads);
+            let mut piece = picked(flat, &triangles, &quads);
             let into = rectangle.axes.transpose();
-            let shift = (side_m * *place - rectangle.low).extend(-rectangle.plane_m);
+            let shift = (pieces.side_m * *place - rectangle.low).extend(-rectangle.plane_m);
             piece.mesh.positions.iter_mut().for_each(|p| *p = into * *p + shift);
             piece.normals.iter_mut().for_each(|n| *n = into * *n);
             surface.append(piece);
@@ -204,11 +243,17 @@ fn no_leaves(source: &TreeSource) -> Error {
     Error::NotApplicable { method: BillboardCloud.id(), source_name: source.name().to_owned(), why: "it has no leaves".to_owned() }
 }
 
-fn leaf(mesh: &PolyMesh, (triangles, quads): &Polygons) -> Leaf {
+/// Each vertex of a leaf once.
+fn vertices((triangles, quads): &Polygons) -> Vec<u32> {
     let mut numbers: Vec<u32> = triangles.iter().flatten().chain(quads.iter().flatten()).copied().collect();
     numbers.sort_unstable();
     numbers.dedup();
-    let corners: Vec<Vec3> = numbers.iter().map(|&v| mesh.positions[v as usize]).collect();
+    numbers
+}
+
+fn leaf(mesh: &PolyMesh, polygons: &Polygons) -> Leaf {
+    let corners: Vec<Vec3> = vertices(polygons).into_iter().map(|v| mesh.positions[v as usize]).collect();
+    let (triangles, quads) = polygons;
     let halves = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]);
     let (mut area_m2, mut sum) = (0.0, Vec3::ZERO);
     for [a, b, c] in triangles.iter().copied().chain(halves).map(|t| t.map(|v| mesh.positions[v as usize])) {
@@ -232,12 +277,22 @@ struct Rectangle {
     plane_m: f32,
 }
 
+/// Where everything lies in the picture.
+struct Laid<'a> {
+    sheets: &'a [Sheet],
+    rectangles: &'a [Rectangle],
+    /// Lower left corner of each rectangle, as shares of the picture's side.
+    places: &'a [Vec2],
+    /// Side of the picture.
+    side_m: f32,
+}
+
 impl Rectangle {
-    fn round(sheet: &Sheet, leaves: &[Leaf], middle: Vec3) -> Self {
-        let out = if sheet.plane.distance(middle) > 0.0 { -1.0 } else { 1.0 };
-        let (normal, plane_m) = (out * sheet.plane.normal, out * sheet.plane.offset_m);
-        let corners: Vec<Vec3> = sheet.leaves.iter().flat_map(|&leaf| leaves[leaf as usize].corners.iter().copied()).collect();
-        let ([right, up], low, size) = atlas::tight(&corners, normal);
+    /// The tightest round `corners`, looking away from `middle`.
+    fn round(plane: Plane, corners: &[Vec3], middle: Vec3) -> Self {
+        let out = if plane.distance(middle) > 0.0 { -1.0 } else { 1.0 };
+        let (normal, plane_m) = (out * plane.normal, out * plane.offset_m);
+        let ([right, up], low, size) = atlas::tight(corners, normal);
         Self { axes: Mat3::from_cols(right, up, normal), low, size, plane_m }
     }
 }
@@ -325,7 +380,12 @@ mod tests {
             tree.parts.iter().filter(|part| part.part.name == "cloud").map(|part| part.part.surface.mesh.quads.len()).collect();
         assert!(cards.len() == 3 && cards[0] <= 100 && cards[1] <= 40 && cards[2] <= 11 && cards[2] > 4, "{cards:?}");
         let stats = Stats::of_levels(&tree);
-        assert!(stats[0].1.textures == 3 && stats.windows(2).all(|pair| pair[0].1.polygons > pair[1].1.polygons), "{stats:?}");
+        assert!(
+            stats[0].1.textures == 3
+                && stats[0].0 == format!("{} planes", cards[0])
+                && stats.windows(2).all(|pair| pair[0].1.polygons > pair[1].1.polygons),
+            "{stats:?}"
+        );
         let again = built(&source, &Settings::default().with("planes", 100).with("atlas_px", 256)).unwrap();
         assert!(tree.parts.iter().zip(&again.parts).all(|(a, b)| a.part == b.part), "the same seed gives the same cloud");
     }

@@ -26,8 +26,10 @@ pub struct Branches {
 /// A place with the number of what is there.
 type Place = GeomWithData<[f32; 3], u32>;
 
-/// Most vertices of wood that leaves and branches are looked up among; of more, every so-manieth is taken.
+/// Most places on wood that leaves and branches are looked up among; of more, every so-manieth is taken.
 const MOST_PLACES: usize = 400_000;
+/// How many places on wood there are at least over the size of the tree: long tubes have few vertices.
+const STEPS: f32 = 128.0;
 
 impl Branches {
     /// Those of a tree.
@@ -119,18 +121,28 @@ fn derived(tree: &ReferenceTree, corners: &[Vec<Vec3>]) -> (Vec<BranchBox>, Vec<
     (boxes, corners.iter().map(branch).collect())
 }
 
-/// The vertices of every connected piece of wood, the largest piece first: a branch is longer than what grows from it.
+/// Places on an edge, no further apart than `step_m`; without its end, where other edges begin.
+fn along([a, b]: [Vec3; 2], step_m: f32) -> impl Iterator<Item = Vec3> {
+    let count = (a.distance(b) / step_m).ceil().clamp(1.0, STEPS) as u32;
+    (0..count).map(move |i| a.lerp(b, i as f32 / count as f32))
+}
+
+/// Places on every connected piece of wood, the largest piece first: a branch is longer than what grows from it.
 fn pieces(tree: &ReferenceTree) -> Vec<Vec<Vec3>> {
+    let step_m = (tree.bounds.size().max_element() / STEPS).max(1e-4);
     let mut pieces: Vec<(f32, Vec<Vec3>)> = vec![];
     for part in &tree.wood {
         let mesh = &part.surface.mesh;
         let components = Components::of(mesh);
         for component in 0..components.len() {
-            let mut corners: Vec<u32> =
-                components.polygons(component).iter().flat_map(|p| mesh.polygon(*p as usize).iter().copied()).collect();
-            corners.sort_unstable();
-            corners.dedup();
-            let at: Vec<Vec3> = corners.iter().map(|v| mesh.positions[*v as usize]).collect();
+            let edges = |polygon: &u32| {
+                let corners = mesh.polygon(*polygon as usize);
+                (0..corners.len()).map(|k| [corners[k], corners[(k + 1) % corners.len()]]).map(|[a, b]| [a.min(b), a.max(b)])
+            };
+            let mut edges: Vec<[u32; 2]> = components.polygons(component).iter().flat_map(edges).collect();
+            edges.sort_unstable();
+            edges.dedup();
+            let at: Vec<Vec3> = edges.iter().flat_map(|edge| along(edge.map(|v| mesh.positions[v as usize]), step_m)).collect();
             let size = Bounds::of(at.iter().copied()).map_or(0.0, |b| b.size().length());
             pieces.push((size, at));
         }

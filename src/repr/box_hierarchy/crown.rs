@@ -117,24 +117,31 @@ impl Crown {
         parts
     }
 
-    /// Representative distances: all in leaves, then for each depth one at which as few boxes as possible fade, then the whole crown in one.
+    /// Representative distances: all in leaves, all in the finest boxes, then for each coarser depth one at which as few boxes as possible
+    /// fade, and the whole crown in one.
     pub fn levels(&self) -> Vec<Level> {
         let whole = self.boxes.first().map_or(1.0, |own| own.distance);
+        let level = |name: &str, distance| Level { name: name.to_owned(), distance };
+        let finest = self.boxes.iter().filter(|own| !own.divided).map(|own| own.distance);
+        // Just behind the last of the leaves.
+        let no_leaves = 1.001 * (1.0 + self.band) * finest.clone().fold(0.0, f32::max);
         let mut levels = vec![];
         if !self.leaves.is_empty() {
-            let nearest = self.boxes.iter().map(|own| own.distance).fold(f32::MAX, f32::min);
-            levels.push(Level { name: "leaves".to_owned(), distance: 0.5 * nearest });
+            levels.push(level("leaves", 0.5 * finest.fold(f32::MAX, f32::min)));
+        }
+        if self.boxes.len() > 1 {
+            levels.push(level("finest boxes", no_leaves));
         }
         for depth in (1..self.atlases.len()).rev() {
             let Some([near, far]) = self.shown_at(depth) else { continue };
             // Of many places between the depths, the first of those where the fewest boxes fade.
             let places = (0..32).map(|i| near * (far / near).powf(i as f32 / 31.0));
             let Some(distance) = places.min_by_key(|distance| self.fading_at(*distance)) else { continue };
-            if levels.last().is_none_or(|level: &Level| level.distance < distance) {
-                levels.push(Level { name: format!("boxes of depth {depth}"), distance });
+            if levels.last().is_none_or(|finer| 1.05 * finer.distance < distance) {
+                levels.push(level(&format!("boxes of depth {depth}"), distance));
             }
         }
-        levels.push(Level { name: "one box".to_owned(), distance: 1.5 * whole });
+        levels.push(level("one box", 1.5 * whole.max(no_leaves)));
         levels
     }
 

@@ -21,7 +21,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::built::REFERENCE_FOCAL_PX;
-use super::{BuiltTree, Job, Representation, Scope, SourceKind, TreeSource};
+use super::file::Origin;
+use super::{BuiltTree, Capture, Job, Order, Representation, Scope, SourceKind, TreeSource, takes, wood_method};
 use crate::geom::{PolyMesh, Surface};
 use crate::model::Part;
 use crate::model::reference::{Leaf, ReferenceTree};
@@ -88,6 +89,11 @@ impl Representation for BoxHierarchy {
         BoxParams::specs()
     }
 
+    /// Branches by procedural multiresolution (§6).
+    fn partner(&self) -> &'static str {
+        "multichain"
+    }
+
     fn refuses(&self, source: &TreeSource) -> Option<String> {
         let leaves = matches!(source, TreeSource::Reference(tree) if !tree.leaves.is_empty());
         (!leaves).then(|| "it has no leaves to put into boxes".to_owned())
@@ -97,6 +103,28 @@ impl Representation for BoxHierarchy {
         let crown = crown(job)?;
         Ok(BuiltTree { levels: crown.levels(), ..BuiltTree::new(job.source.box_of_all()?, crown.parts()) })
     }
+}
+
+/// What is ordered, as a stream: the boxes, and the wood as its method builds it. The method that is ordered is taken to be this one.
+///
+/// # Errors
+/// Those of [`super::build`], and of [`Stream::of`].
+pub fn stream(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Result<Stream> {
+    let (own, for_trunk) = order.settings.split("trunk.");
+    let job = |scope, settings| Job { source, scope, settings, seed: order.seed, capture };
+    takes(&BoxHierarchy, source)?;
+    own.check(&BoxHierarchy)?;
+    let crown = crown(&job(Scope::Foliage, &own))?;
+    let wood = if source.parts(Scope::Wood).is_empty() {
+        None
+    } else {
+        let partner = wood_method(&BoxHierarchy, order.trunk, source)?;
+        takes(partner, source)?;
+        for_trunk.check(partner)?;
+        let wood = partner.build(&job(Scope::Wood, &for_trunk))?;
+        Some(BuiltTree { method: partner.id().to_owned(), ..wood })
+    };
+    Stream::of(&crown, source.box_of_all()?, wood.as_ref(), &Origin::of(order, source.name())?)
 }
 
 /// The boxes of a tree's leaves with their pictures: what [`BoxHierarchy`] builds its parts from, and what goes into a stream.

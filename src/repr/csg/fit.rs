@@ -12,10 +12,10 @@ const CELLS: f64 = 72.0;
 /// Steps by which a primitive is moved and sized, of its own size, from coarse to fine.
 const STEPS: [f64; 5] = [0.2, 0.1, 0.1, 0.05, 0.025];
 /// What a further primitive must add to the mean IoU.
-const WORTH: f64 = 0.008;
+const WORTH: f64 = 0.004;
 /// Leaves that are looked at for what is not covered yet, and how near they stand together, of the tree's size.
 const SAMPLES: usize = 500;
-const NEAR: f64 = 0.12;
+const NEAR: f64 = 0.16;
 
 /// A silhouette as cells.
 #[derive(Debug, Clone)]

@@ -125,10 +125,10 @@ impl Tree {
         let height = (cues.foot_px.y - cues.neck_px.y) * metres_per_px;
         let across = 0.5 * cues.width_px * metres_per_px;
         let aside = 0.5 * (cues.neck_px.x - cues.foot_px.x) * metres_per_px;
-        // Up to the middle of the lowest primitive that stands over it, or of the lowest there is.
+        // Up to the middle of the highest primitive that stands over it: what lies inside is left out anyway.
         let over = |one: &&Primitive| (one.center.x.hypot(one.center.z)) < one.half.x.max(one.half.z);
-        let lowest = |a: &&Primitive, b: &&Primitive| a.center.y.total_cmp(&b.center.y);
-        let end = crown.iter().filter(over).min_by(lowest).or_else(|| crown.iter().min_by(lowest));
+        let higher = |a: &&Primitive, b: &&Primitive| a.center.y.total_cmp(&b.center.y);
+        let end = crown.iter().filter(over).max_by(higher).or_else(|| crown.iter().min_by(higher));
         let top = end.map_or(height, |one| one.center.y).max(height + across);
         let half = DVec3::new(across, 0.5 * top, across).max(DVec3::splat(1e-3));
         let cylinder = Primitive { shape: Shape::Cylinder, center: DVec3::new(0.5 * aside, 0.5 * top, 0.0), half };

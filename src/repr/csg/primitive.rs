@@ -4,6 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
+/// A move that nobody sees, in sizes of a primitive.
+const HAIR: f64 = 2e-4;
+
 /// A kind of solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Shape {
@@ -61,8 +64,8 @@ impl Primitive {
         }
     }
 
-    /// Its surface: closed, convex, outward, `columns` round the axis. `turn` turns it a little about its axis, lest two of a kind meet
-    /// face on face.
+    /// Its surface: closed, convex, outward, `columns` round the axis. `turn` turns it about its axis and moves it by a hair, lest two of a
+    /// kind meet face on face.
     pub fn surface(&self, columns: usize, turn: f64) -> Solid {
         let rows: Vec<DVec2> = match self.shape {
             Shape::Ellipsoid | Shape::Sphere => {
@@ -72,8 +75,10 @@ impl Primitive {
             Shape::Cylinder => vec![DVec2::new(1.0, -1.0), DVec2::new(1.0, 1.0)],
             Shape::Cone => vec![DVec2::new(1.0, -1.0)],
         };
-        let at =
-            |across: f64, up: f64, angle: f64| self.center + self.half * DVec3::new(across * angle.sin(), up, across * angle.cos());
+        let hair = HAIR * DVec3::new((7.1 * turn).sin(), (5.3 * turn).cos(), (3.7 * turn).sin());
+        let at = |across: f64, up: f64, angle: f64| {
+            self.center + self.half * hair + self.half * DVec3::new(across * angle.sin(), up, across * angle.cos())
+        };
         let mut solid = Solid { positions: vec![at(0.0, -1.0, 0.0), at(0.0, 1.0, 0.0)], triangles: vec![] };
         for row in &rows {
             solid.positions.extend((0..columns).map(|k| at(row.x, row.y, turn + TAU * k as f64 / columns as f64)));

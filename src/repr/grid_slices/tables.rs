@@ -1,11 +1,12 @@
 //! The thesis's tables of costs, from what any built tree holds: against distance (table 2) and against the size of pictures (table 4).
 //! They timed a graphics card of 2004; here is what its time went into.
 
+use glam::Vec3;
 use serde::Serialize;
 
 use super::{GridSlices, HEIGHTS_PER_UNIT};
 use crate::Result;
-use crate::repr::{BuiltTree, Facing, Job, REFERENCE_FOCAL_PX, Representation, Stats};
+use crate::repr::{BuiltTree, Job, REFERENCE_FOCAL_PX, Representation, Stats};
 
 /// The distances of table 2, in their units.
 pub const TABLE_2_UNITS: [f32; 3] = [3.9, 5.6, 19.0];
@@ -52,7 +53,7 @@ pub fn against_size(job: &Job, sizes_px: &[u32]) -> Result<Vec<(u32, Stats)>> {
 /// An upright polygon is seen under 2/π of its area on the mean, a level one not at all.
 fn lookups(built: &BuiltTree, distance: f32) -> f64 {
     let pixels_per_m = f64::from(REFERENCE_FOCAL_PX / (distance.max(1e-3) * built.height_m()));
-    let sides = built.parts_at(distance).filter(|part| matches!(part.seen.facing, Facing::Any));
+    let sides = built.parts_at(distance).filter(|part| part.seen.share_toward(Vec3::Z) > 0.0);
     let upright = |part: &crate::repr::BuiltPart| {
         let mesh = &part.part.surface.mesh;
         let area = |corners: [u32; 3]| {

@@ -7,15 +7,19 @@ use proptest::prelude::*;
 
 use super::foliage::{Depths, edges};
 use super::plan::Plan;
+use super::tables::DistanceRow;
 use super::*;
 use crate::Seed;
 use crate::geom::{PolyMesh, Surface};
+use crate::metrics;
 use crate::model::Material;
 use crate::model::grown::dress_preset;
 use crate::model::reference::{Asked, ReferenceTree};
 use crate::plant::presets::preset;
 use crate::plant::{DeriveParams, draw};
 use crate::raster::ALPHA_CUTOFF;
+use crate::raster::View;
+use crate::repr::Capture;
 use crate::repr::{Settings, SoftwareCapture, Stats, TreeSource};
 
 static CAPTURE: LazyLock<SoftwareCapture> = LazyLock::new(SoftwareCapture::default);
@@ -185,7 +189,7 @@ fn baked_noise_takes_as_much_as_the_cutoff_rises_and_changes_nothing_before() {
 fn levels_that_would_end_in_the_wrong_order_are_refused_by_name() {
     let (source, settings) = (ball(), settings(&["level_3_far=50"]));
     let error = GridSlices.build(&job(&source, &settings)).unwrap_err().to_string();
-    assert!(error.contains("level_3_far") && error.contains("44"), "{error}");
+    assert!(error.contains("--level-3-far") && error.contains("44"), "{error}");
 }
 
 #[test]
@@ -207,6 +211,8 @@ fn a_level_slice_is_seen_from_above_alone() {
         top.seen.share_toward(Vec3::new(c, s, 0.0))
     };
     assert_eq!((share(0.0), share(39.0), share(61.0), share(90.0), share(-90.0)), (0.0, 0.0, 1.0, 1.0, 1.0));
+    let upright = tree.parts[0].seen;
+    assert_eq!((upright.share_toward(Vec3::X), upright.share_toward(Vec3::Y), upright.share_toward(-Vec3::Y)), (1.0, 0.0, 1.0));
     let height = top.part.surface.mesh.positions[0].y;
     assert!((height - 2.5).abs() < 0.1, "{height}");
 }
@@ -266,10 +272,19 @@ fn tables_have_the_shape_of_theirs() {
     let (source, settings) = (ball(), settings(&[]));
     let tree = GridSlices.build(&job(&source, &settings)).unwrap();
     let rows = tables::against_distance(&tree, &tables::TABLE_2_UNITS);
+    for DistanceRow { units, distance, stats, lookups } in &rows {
+        println!(
+            "{units} units, {distance:.1} heights: {} triangles, {} calls, {lookups:.0} look-ups",
+            stats.triangles, stats.draw_calls
+        );
+    }
     // All fourteen are there up to 16 units, fading at 19, and cost ever less as they get smaller.
     assert!(rows.iter().all(|row| row.stats.triangles == 28));
     assert!(rows.windows(2).all(|pair| pair[1].lookups < pair[0].lookups));
     let sizes = tables::against_size(&job(&source, &settings), &[128, 64]).unwrap();
+    for (size_px, stats) in &sizes {
+        println!("{size_px} px: {} textures, {} bytes", stats.textures, stats.texture_bytes);
+    }
     let [(_, large), (_, small)] = &sizes[..] else { panic!("two rows") };
     let ratio = large.texture_bytes as f64 / small.texture_bytes as f64;
     assert!((3.8..4.2).contains(&ratio), "{ratio}");
@@ -295,4 +310,36 @@ proptest! {
         prop_assert!(planes.is_sorted() && planes[side] == 0.0);
         prop_assert!(edges(&planes, -2.0, 2.0).windows(2).all(|pair| pair[0][1] == pair[1][0]));
     }
+}
+
+/// How alike a tree's stand-in and the tree are, without light, over `views` (azimuth and elevation, °): silhouettes' intersection over union,
+/// and mean FLIP over grey.
+fn likeness(source: &TreeSource, tree: &BuiltTree, views: &[(f32, f32)], side_px: u32) -> (f64, f64) {
+    let slices: Vec<&Part> = tree.parts.iter().filter(|p| p.seen.share_toward(Vec3::Z) > 0.0).map(|p| &p.part).collect();
+    let views: Vec<View> = views
+        .iter()
+        .map(|(az, el)| View::around(source.points(Scope::Tree), az.to_radians(), el.to_radians(), side_px, side_px))
+        .collect();
+    let (is, should) = (CAPTURE.take(&slices, &views).unwrap(), CAPTURE.take(&source.parts(Scope::Tree), &views).unwrap());
+    let pairs = is.iter().zip(&should).map(|(a, b)| {
+        let iou = metrics::silhouette_iou(&metrics::silhouette(&a.color), &metrics::silhouette(&b.color)).unwrap();
+        let grey = |picture: &crate::raster::Capture| metrics::over(&picture.color, [128; 3]);
+        (iou, metrics::flip(&grey(b), &grey(a)).unwrap().mean)
+    });
+    let (iou, flip) = pairs.fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0, sum.1 + pair.1));
+    (iou / views.len() as f64, flip / views.len() as f64)
+}
+
+#[test]
+fn slices_placed_where_the_foliage_is_come_nearer_to_the_tree() {
+    let source = birch(9.0);
+    let views: Vec<(f32, f32)> = (0..4).flat_map(|i| [(10.0 + 20.0 * i as f32, 0.0), (20.0 * i as f32, 30.0)]).collect();
+    let of = |texts: &[&str]| {
+        let tree = built(&source, texts);
+        let (iou, flip) = likeness(&source, &tree, &views, 120);
+        (iou, flip, Stats::of_all(&tree).texture_bytes)
+    };
+    let (uniform, adaptive) = (of(&["size_px=128"]), of(&["size_px=128", "placement=adaptive"]));
+    println!("uniform {uniform:?}, adaptive {adaptive:?}: silhouette IoU, mean FLIP, bytes");
+    assert!(adaptive.0 > uniform.0 && adaptive.1 < uniform.1 && adaptive.2 < uniform.2);
 }

@@ -8,9 +8,10 @@ use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
 use glam::{DMat3, DVec3, Vec3};
+use rayon::prelude::*;
 
-use super::nearest::holds;
-use super::wood::Wood;
+use super::nearest::{Corners, nearest_on, share_of_sight};
+use super::wood::{Joint, Wood};
 
 /// One step of the simplification.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +32,9 @@ const MOST_STRETCH: f32 = 4.0;
 
 /// How much the edge of an open mesh counts, beside its area.
 const EDGE_WEIGHT: f64 = 4.0;
+
+/// Vertices that stand for less area than this are not off by anything, m².
+const LEAST_AREA: f64 = 1e-9;
 
 /// The sum of squared distances from planes, weighted by area.
 #[derive(Debug, Clone, Copy, Default)]
@@ -55,6 +59,11 @@ impl Quadric {
             constant: self.constant + other.constant,
             area: self.area + other.area,
         }
+    }
+
+    /// Mean distance of a point from the planes, metres.
+    fn mean_m(&self, p: Vec3) -> f32 {
+        (self.at(p) / self.area.max(LEAST_AREA)).sqrt() as f32
     }
 
     fn at(&self, p: Vec3) -> f64 {
@@ -106,6 +115,8 @@ struct Collapser<'a> {
     locked: Vec<bool>,
     /// Places that would have been collapsed but for what stands in their piece, by piece.
     held: Vec<BTreeSet<u32>>,
+    /// How often what each piece stands in winds round its foot.
+    windings: Vec<f32>,
     triangles: usize,
 }
 
@@ -119,6 +130,7 @@ impl<'a> Collapser<'a> {
             stamps: vec![0; wood.places.len()],
             locked,
             held: vec![BTreeSet::new(); wood.pieces.len()],
+            windings: wood.joints.par_iter().map(|joint| joint.map_or(0.0, |joint| wood.winding(joint.parent, joint.at))).collect(),
             triangles: wood.triangles.len(),
             wood,
         };
@@ -159,10 +171,10 @@ impl<'a> Collapser<'a> {
             }
             return Some(vec![]);
         }
-        let moves = self.moves(from, to)?;
         if !self.turns_no_triangle(from, to) {
             return None;
         }
+        let moves = self.moves(from, to)?;
         if !self.keeps_joints(from, to) {
             self.held[piece as usize].insert(from);
             return None;
@@ -180,12 +192,18 @@ impl<'a> Collapser<'a> {
 
     /// The link condition: the surface stays one (Dey et al. 1999); edges of open meshes collapse along themselves.
     fn keeps_surface(&self, from: u32, to: u32) -> bool {
-        let sharing = |a: u32, b: u32| self.wood.around[a as usize].iter().filter(|&&t| self.wood.corners(t).contains(&b)).count();
-        let (near, far) = (self.wood.neighbours(from), self.wood.neighbours(to));
-        let common = near.iter().filter(|place| far.binary_search(place).is_ok()).count();
-        let edge = sharing(from, to);
-        let open = near.iter().any(|&place| sharing(from, place) == 1);
-        let simple = near.iter().all(|&place| sharing(from, place) <= 2);
+        let corners = self.wood.around[from as usize].iter().flat_map(|&t| self.wood.corners(t));
+        let mut near: Vec<u32> = corners.filter(|&place| place != from).collect();
+        near.sort_unstable();
+        let far = self.wood.neighbours(to);
+        let (mut edge, mut common, mut open, mut simple) = (0, 0, false, true);
+        // A neighbour comes once for each triangle over the edge to it.
+        for same in near.chunk_by(|a, b| a == b) {
+            open |= same.len() == 1;
+            simple &= same.len() <= 2;
+            edge += if same[0] == to { same.len() } else { 0 };
+            common += usize::from(far.binary_search(&same[0]).is_ok());
+        }
         simple && common == edge && (edge == 1 || !open)
     }
 
@@ -237,23 +255,42 @@ impl<'a> Collapser<'a> {
         })
     }
 
-    /// Whether all that stands in the piece, near the place, still would.
+    /// Whether all that stands in the piece, near the place, still would: inside it, or within reach.
     fn keeps_joints(&self, from: u32, to: u32) -> bool {
-        let wood = &self.wood;
-        let (piece, at, target) = (wood.piece_of[from as usize], wood.places[from as usize], wood.places[to as usize]);
-        let reach = wood.neighbours(from).iter().map(|&next| wood.places[next as usize].distance(at)).fold(0.0, f32::max);
-        let children = wood.children[piece as usize].iter().filter_map(|&child| wood.joints[child as usize].as_ref());
-        children.filter(|joint| joint.at.distance(at) <= reach + joint.reach_m).all(|joint| {
-            let triangles = wood.triangles_of(piece).filter(|&t| {
-                let corners = wood.corners(t);
-                !(corners.contains(&from) && corners.contains(&to))
-            });
-            let moved = triangles.map(|t| {
-                let (corners, points) = (wood.corners(t), wood.points(t));
-                [0, 1, 2].map(|k| if corners[k] == from { target } else { points[k] })
-            });
-            holds(moved, joint.at, joint.reach_m)
+        self.joints_near(from).all(|(child, joint)| {
+            let winding = self.windings[child as usize] + self.winds_more(from, to, joint.at);
+            winding.abs() > 0.5 || self.reaches(from, to, joint)
         })
+    }
+
+    /// What stands in the piece of a place where its triangles are; a collapse of it changes nothing for the others.
+    fn joints_near(&self, place: u32) -> impl Iterator<Item = (u32, &Joint)> {
+        let (wood, at) = (&self.wood, self.wood.places[place as usize]);
+        let reach = wood.neighbours(place).iter().map(|&next| wood.places[next as usize].distance(at)).fold(0.0, f32::max);
+        let children = wood.children[wood.piece_of[place as usize] as usize].iter();
+        let joints = children.filter_map(|&child| Some((child, wood.joints[child as usize].as_ref()?)));
+        joints.filter(move |(_, joint)| joint.at.distance(at) <= reach + joint.reach_m)
+    }
+
+    /// A triangle of `from` once that is where `to` is; `None` where it is gone then.
+    fn moved(&self, triangle: u32, from: u32, to: u32) -> Option<Corners> {
+        let (corners, points, target) = (self.wood.corners(triangle), self.wood.points(triangle), self.wood.places[to as usize]);
+        let gone = corners.contains(&from) && corners.contains(&to);
+        (!gone).then(|| [0, 1, 2].map(|k| if corners[k] == from { target } else { points[k] }))
+    }
+
+    /// How much more often the surface winds round a point after a collapse.
+    fn winds_more(&self, from: u32, to: u32, at: Vec3) -> f32 {
+        let change = |&t: &u32| {
+            let after = self.moved(t, from, to).map_or(0.0, |corners| share_of_sight(corners, at));
+            after - share_of_sight(self.wood.points(t), at)
+        };
+        self.wood.around[from as usize].iter().map(change).sum()
+    }
+
+    fn reaches(&self, from: u32, to: u32, joint: &Joint) -> bool {
+        let mut left = self.wood.triangles_of(joint.parent).filter_map(|t| self.moved(t, from, to));
+        left.any(|corners| nearest_on(corners, joint.at).distance(joint.at) <= joint.reach_m)
     }
 
     /// Does it. What vertices went where, and how far the new mesh is off there, metres.
@@ -262,6 +299,9 @@ impl<'a> Collapser<'a> {
             return self.remove(self.wood.piece_of[from as usize]);
         }
         let moves = self.moves(from, to).unwrap_or_default();
+        let winds: Vec<(u32, f32)> =
+            self.joints_near(from).map(|(child, joint)| (child, self.winds_more(from, to, joint.at))).collect();
+        winds.into_iter().for_each(|(child, more)| self.windings[child as usize] += more);
         let target = |v: u32| moves.iter().find(|(vertex, _)| *vertex == v).map_or(v, |(_, target)| *target);
         let touched = self.wood.neighbours(from);
         for triangle in std::mem::take(&mut self.wood.around[from as usize]) {
@@ -276,7 +316,7 @@ impl<'a> Collapser<'a> {
         self.quadrics[to as usize] = sum;
         self.stamps[from as usize] += 1;
         touched.into_iter().for_each(|place| self.queue_best(place));
-        (moves, (sum.at(self.wood.places[to as usize]) / sum.area.max(f64::MIN_POSITIVE)).sqrt() as f32)
+        (moves, sum.mean_m(self.wood.places[to as usize]))
     }
 
     fn bury(&mut self, triangle: u32) {
@@ -310,7 +350,7 @@ impl<'a> Collapser<'a> {
         }
         let moves = vertices.into_iter().filter(|&v| v != target).map(|v| (v, target)).collect();
         let at = self.wood.surface.mesh.positions[target as usize];
-        (moves, (sum.at(at) / sum.area.max(f64::MIN_POSITIVE)).sqrt() as f32)
+        (moves, sum.mean_m(at))
     }
 }
 

@@ -48,6 +48,7 @@ pub fn share_of_sight(corners: Corners, p: Vec3) -> f32 {
 }
 
 /// Whether `p` is enclosed by these triangles, or at most `reach_m` away from one.
+#[cfg(test)]
 pub fn holds(triangles: impl Iterator<Item = Corners>, p: Vec3, reach_m: f32) -> bool {
     let mut around = 0.0;
     for corners in triangles {

@@ -6,7 +6,7 @@ use glam::Vec3;
 use proptest::prelude::*;
 
 use super::nearest::holds;
-use super::wood::Wood;
+use super::wood::{Joint, Wood};
 use super::*;
 use crate::Seed;
 use crate::geom::{PolyMesh, Surface};
@@ -16,9 +16,9 @@ use crate::plant::mesh::{WoodParams, wood as wood_mesh};
 use crate::plant::presets::preset;
 use crate::repr::{Order, Settings, SoftwareCapture, Stats, TreeSource, build};
 
-/// The wood of a young acacia: some hundred branches on branches.
+/// The wood of a young acacia: some dozens of branches on branches.
 fn young() -> Surface {
-    let skeleton = preset_skeleton(preset("acacia").unwrap(), Some(5.0), Seed(1)).unwrap();
+    let skeleton = preset_skeleton(preset("acacia").unwrap(), Some(6.0), Seed(1)).unwrap();
     let surface = wood_mesh::wood(&skeleton, &WoodParams::default(), Seed(1));
     assert!((500..20_000).contains(&surface.mesh.polygon_count()), "{}", surface.mesh.polygon_count());
     surface
@@ -78,8 +78,16 @@ fn strips_hold_at_every_level() {
 fn no_branch_comes_loose_at_any_level() {
     let surface = young();
     let model = Lodstrips::of(&surface);
-    // Pieces and joints of the mesh in the model's numbers.
-    let mut wood = Wood::of(&model.surface);
+    // Pieces and joints of the mesh, in the model's numbers: a place is known by where it is.
+    let (own, mut wood) = (Wood::of(&surface), Wood::of(&model.surface));
+    let key = |p: Vec3| p.to_array().map(f32::to_bits);
+    let known: BTreeMap<[u32; 3], usize> = wood.places.iter().map(|p| key(*p)).zip(0..).collect();
+    let there = |place: u32| known[&key(own.places[place as usize])];
+    let piece = |piece: u32| wood.piece_of[there(own.corners(own.pieces[piece as usize][0])[0])];
+    let renamed = |joint: &Joint| Joint { parent: piece(joint.parent), place: there(joint.place) as u32, ..*joint };
+    let mut joints = vec![None; wood.pieces.len()];
+    own.joints.iter().zip(0..).for_each(|(joint, of)| joints[piece(of) as usize] = joint.as_ref().map(renamed));
+    wood.joints = joints;
     let standing = wood.joints.iter().flatten().count();
     assert!(
         wood.pieces.len() > 20 && standing + 1 == wood.pieces.len(),

@@ -147,33 +147,39 @@ impl<'a> Wood<'a> {
         }
     }
 
+    /// How often a piece winds round a point: 1 or −1 inside it, 0 outside.
+    pub fn winding(&self, piece: u32, at: Vec3) -> f32 {
+        self.triangles_of(piece).map(|t| share_of_sight(self.points(t), at)).sum()
+    }
+
+    /// How far a point is from a piece's surface.
+    pub fn gap_m(&self, piece: u32, at: Vec3) -> f32 {
+        self.triangles_of(piece).map(|t| nearest_on(self.points(t), at).distance(at)).fold(f32::MAX, f32::min)
+    }
+
     /// For every piece the largest other, larger than itself, that one of its ends is inside of, or within reach of.
     fn find_joints(&self) -> Vec<Option<Joint>> {
         let of = |piece: usize| Extent::of(self, piece as u32);
-        let extents: Vec<Extent> = (0..self.pieces.len()).into_par_iter().map(of).collect();
-        let larger = |a: usize, b: usize| (extents[a].area_m2, b) > (extents[b].area_m2, a);
+        let extents: &[Extent] = &(0..self.pieces.len()).into_par_iter().map(of).collect::<Vec<_>>();
+        let larger = &|a: usize, b: usize| (extents[a].area_m2, b) > (extents[b].area_m2, a);
+        let area = |a: &usize, b: &usize| extents[*a].area_m2.total_cmp(&extents[*b].area_m2);
         let joint = |piece: usize| {
             let ends = extents[piece].ends.map(|place| (place, self.places[place as usize], self.reach_m(place)));
-            let mut best: Option<(bool, f32, Joint)> = None;
-            for (place, at, reach_m) in ends {
-                let near = |other: &usize| *other != piece && larger(*other, piece) && extents[*other].near(at, reach_m);
-                for parent in (0..extents.len()).filter(near) {
-                    let (mut around, mut gap_m) = (0.0, f32::MAX);
-                    for corners in self.triangles_of(parent as u32).map(|t| self.points(t)) {
-                        around += share_of_sight(corners, at);
-                        gap_m = gap_m.min(nearest_on(corners, at).distance(at));
-                    }
-                    let inside = around.abs() > 0.5;
-                    if !inside && gap_m > reach_m {
-                        continue;
-                    }
-                    let rank = (inside, extents[parent].area_m2);
-                    if best.as_ref().is_none_or(|(i, area, _)| rank > (*i, *area)) {
-                        best = Some((rank.0, rank.1, Joint { parent: parent as u32, place, at, reach_m }));
-                    }
-                }
-            }
-            best.map(|(.., joint)| joint)
+            let near = |at: Vec3, reach_m: f32| {
+                let near = move |other: &usize| *other != piece && larger(*other, piece) && extents[*other].near(at, reach_m);
+                (0..extents.len()).filter(near)
+            };
+            let joint = |(place, at, reach_m): (u32, Vec3, f32), parent: usize| Joint { parent: parent as u32, place, at, reach_m };
+            let inside = ends.iter().find_map(|&(place, at, reach_m)| {
+                let parent = near(at, 0.0).filter(|parent| self.winding(*parent as u32, at).abs() > 0.5).max_by(area)?;
+                Some(joint((place, at, reach_m), parent))
+            });
+            inside.or_else(|| {
+                ends.iter().find_map(|&(place, at, reach_m)| {
+                    let touches = |parent: &usize| self.gap_m(*parent as u32, at) <= reach_m;
+                    Some(joint((place, at, reach_m), near(at, reach_m).filter(touches).max_by(area)?))
+                })
+            })
         };
         (0..self.pieces.len()).into_par_iter().map(joint).collect()
     }

@@ -19,6 +19,8 @@ pub struct Order {
 enum Item {
     Open,
     Bone(u32),
+    /// A bone and all that it goes on in; written out before the chain is read.
+    Axis(u32),
     Close,
 }
 
@@ -31,7 +33,7 @@ impl Order {
         let chain = chain(skeleton);
         let role = |item: &Item| match item {
             Item::Open => Role::Open,
-            Item::Bone(bone) => Role::Advance(f64::from(skeleton.bones[*bone as usize].length_m)),
+            Item::Bone(bone) | Item::Axis(bone) => Role::Advance(f64::from(skeleton.bones[*bone as usize].length_m)),
             Item::Close => Role::Close,
         };
         let multichain = Multichain::new(&WeightedTree::parse(chain.iter().map(role))?, metric);
@@ -61,8 +63,12 @@ impl Order {
     }
 }
 
-/// The wood as a chain: every bone, then its side branches in brackets, then what goes on from it. What goes on is the thickest child
-/// inside as many brackets as itself.
+/// The wood as a chain: every axis whole, then its side branches in brackets. What goes on from a bone is its thickest child inside as many
+/// brackets as itself.
+///
+/// So an axis is one branch, as the paper's parse has it (§5.2: the modules between two brackets make one node), and limbs of one trunk
+/// compete with each other. Were the trunk cut at every limb, as a turtle would need it, all limbs above would weigh against each
+/// one by itself, and crowns would fill from the top.
 fn chain(skeleton: &Skeleton) -> Vec<Item> {
     let bones = &skeleton.bones;
     let wood = |bone: usize| bones[bone].kind != BoneKind::Leaf;
@@ -74,20 +80,27 @@ fn chain(skeleton: &Skeleton) -> Vec<Item> {
             None => roots.push(bone as u32),
         }
     }
-    let bracketed = |bone: u32| [Item::Close, Item::Bone(bone), Item::Open];
+    let goes_on = |bone: u32| {
+        let same =
+            children[bone as usize].iter().copied().filter(|&child| bones[child as usize].depth == bones[bone as usize].depth);
+        same.reduce(|a, b| if bones[b as usize].start_radius_m > bones[a as usize].start_radius_m { b } else { a })
+    };
+    let bracketed = |bone: u32| [Item::Close, Item::Axis(bone), Item::Open];
     let mut chain = Vec::with_capacity(2 * bones.len());
     // Last in, first out: everything is pushed backwards.
     let mut waiting: Vec<Item> = roots.iter().rev().flat_map(|&root| bracketed(root)).collect();
     while let Some(item) = waiting.pop() {
-        chain.push(item);
-        let Item::Bone(bone) = item else { continue };
-        let under = &bones[bone as usize];
-        let along = children[bone as usize].iter().copied().filter(|&child| bones[child as usize].depth == under.depth);
-        let along = along.reduce(|a, b| if bones[b as usize].start_radius_m > bones[a as usize].start_radius_m { b } else { a });
-        waiting.extend(along.map(Item::Bone));
-        waiting.extend(
-            children[bone as usize].iter().rev().filter(|child| Some(**child) != along).flat_map(|&child| bracketed(child)),
-        );
+        let Item::Axis(first) = item else {
+            chain.push(item);
+            continue;
+        };
+        let axis: Vec<u32> = std::iter::successors(Some(first), |&bone| goes_on(bone)).collect();
+        chain.extend(axis.iter().map(|&bone| Item::Bone(bone)));
+        let aside = |bone: &u32| {
+            children[*bone as usize].iter().copied().filter(|child| Some(*child) != goes_on(*bone)).collect::<Vec<_>>()
+        };
+        let side: Vec<u32> = axis.iter().flat_map(aside).collect();
+        waiting.extend(side.iter().rev().flat_map(|&child| bracketed(child)));
     }
     chain
 }
@@ -97,6 +110,7 @@ mod tests {
     use super::*;
     use crate::Seed;
     use crate::model::grown::preset_skeleton;
+    use crate::plant::Bone;
     use crate::plant::presets::preset;
 
     #[test]
@@ -111,8 +125,37 @@ mod tests {
         let last = (order.branches.len() - 1) as u32;
         assert_eq!((order.level_with(1.0), order.level_with(0.0)), (last, 1));
         assert!(order.branches.is_sorted());
-        // The first level is a path from the ground to a tip: the longest way is what branching length prefers.
-        assert!(order.branches[1] > 1 && order.branches[1] < 60, "{}", order.branches[1]);
+        // The first level is a way from the ground to a tip.
+        assert!((2..20).contains(&order.branches[1]), "{}", order.branches[1]);
+    }
+
+    /// Five equal limbs along a trunk: each is there before any has a second twig.
+    #[test]
+    fn limbs_of_a_trunk_come_in_together() {
+        let bone = |parent, depth, start| Bone {
+            parent,
+            kind: BoneKind::Branch,
+            start,
+            orientation: glam::Quat::IDENTITY,
+            length_m: 1.0,
+            start_radius_m: 0.1,
+            end_radius_m: 0.1,
+            depth,
+            tint: 0,
+        };
+        let mut skeleton = Skeleton::default();
+        for trunk in 0..5u32 {
+            let below = (trunk > 0).then(|| 4 * (trunk - 1));
+            skeleton.bones.push(bone(below, 0, glam::Vec3::Y * trunk as f32));
+            skeleton.bones.push(bone(Some(4 * trunk), 1, glam::Vec3::ZERO));
+            skeleton.bones.extend([0, 1].map(|_| bone(Some(4 * trunk + 1), 2, glam::Vec3::ZERO)));
+        }
+        let order = Order::of(&skeleton, Metric::BranchingLength).unwrap();
+        for trunk in 0..5 {
+            let [stem, limb, twig, second] = [0, 1, 2, 3].map(|k| order.level_of[4 * trunk + k]);
+            assert!(stem == 1 && limb <= 5 && twig == limb && second > 5, "{:?}", order.level_of);
+        }
+        assert_eq!(order.branches, [0, 3, 5, 7, 9, 11, 12, 13, 14, 15, 16]);
     }
 
     #[test]

@@ -4,7 +4,6 @@
 use glam::{DVec2, Vec3};
 
 use super::flat::Flat;
-use super::still;
 use crate::Result;
 use crate::geom::Bounds;
 use crate::model::{Growth, Part};
@@ -56,9 +55,9 @@ pub(super) fn built(ladder: Ladder, bounds: Bounds, growth: Growth, error_px: f6
             crown_center: part.crown_center.filter(|_| grows),
             ..part
         });
-        parts.extend(crowns.map(|part| still(part).seen(seen(level))));
+        parts.extend(crowns.map(|part| BuiltPart::still(part).seen(seen(level))));
     }
-    parts.extend(ladder.wood.map(|wood| still(wood).seen(Seen::between(anchor, 0.0, to_flat, BAND))));
+    parts.extend(ladder.wood.map(|wood| BuiltPart::still(wood).seen(Seen::between(anchor, 0.0, to_flat, BAND))));
     let flat = seen(3);
     parts.extend(ladder.cards.into_iter().map(|card| BuiltPart {
         part: card.part,

@@ -8,6 +8,7 @@ mod flat;
 mod levels;
 pub(super) mod picture;
 pub(super) mod subject;
+mod tone;
 
 use crate::crown::{self, CrownParams, Hull};
 use crate::geom::Bounds;
@@ -17,7 +18,7 @@ use crate::photo::{Exemplar, ExemplarParams, Roughness, exemplar};
 use crate::texture::{self, BakeParams, SynthParams, texels_per_m};
 use crate::{Result, model::pipeline};
 
-use super::{BuiltPart, BuiltTree, Job, Representation, Scope, SourceKind, TreeSource};
+use super::{BuiltTree, Job, Representation, Scope, SourceKind, TreeSource};
 use subject::{Cluster, Subject};
 
 crate::choices! {
@@ -54,7 +55,7 @@ crate::params! {
         /// How much of the mean growth of outlines is taken off the crowns beforehand.
         inset: f64 = 1.0, in 0.0..=2.0, unit "", source "ours: what is grown and what is not together cover what the leaves do";
         /// Pixels that a photograph of a true tree has along the tree's longest side.
-        picture_px: u32 = 768, in 64..=4096, unit "px", source "ours: a texel of the atlas is no smaller";
+        picture_px: u32 = 512, in 64..=4096, unit "px", source "ours: a texel of the atlas is no smaller";
         /// How far a coarser level's outline may be off where it takes over.
         error_px: f64 = 1.0, in 0.1..=20.0, unit "px", source "ours: hardly seen";
     }
@@ -103,12 +104,11 @@ impl Representation for SphereBoard {
         }
         let wood = if job.scope == Scope::Tree { subject.trunk.clone() } else { None };
         let atlas = |halvings: u32| PowerOfTwo((params.texture_size.0 >> halvings).max(64));
-        let near = match &subject.finest {
-            Some(parts) => parts.clone(),
-            None => subject.crowns(params.polygons as usize, atlas(0), job)?,
+        let built = |polygons: u32, halvings: u32| match &subject.finest {
+            Some(parts) if halvings == 0 || subject.clusters.is_empty() => Ok(parts.clone()),
+            _ => subject.crowns(polygons as usize, atlas(halvings), job),
         };
-        let mid = subject.crowns(params.polygons_mid as usize, atlas(1), job)?;
-        let far = subject.crowns(params.polygons_far as usize, atlas(2), job)?;
+        let (near, mid, far) = (built(params.polygons, 0)?, built(params.polygons_mid, 1)?, built(params.polygons_far, 2)?);
         let cards = flat::cards(job, bounds)?;
         levels::built(levels::Ladder { meshes: [near, mid, far], wood, cards }, bounds, growth, params.error_px)
     }
@@ -137,7 +137,9 @@ impl Subject {
             let fronts = cluster.fronts();
             let (atlas, _) = pipeline::dressed(crown, &exemplar, &fronts, &SynthParams::default(), bake, job.seed)?;
             let crown = ModelCrown { surface: atlas.surface, texture: atlas.image, center: crown.center };
-            Ok(crown.part(number))
+            let mut part = crown.part(number);
+            part.material.factor = [cluster.tone, cluster.tone, cluster.tone, 1.0];
+            Ok(part)
         };
         self.clusters.iter().zip(&crowns).zip(&bakes).enumerate().map(part).collect()
     }
@@ -150,11 +152,6 @@ impl Cluster {
         let params = ExemplarParams { delight: 0.0, ..ExemplarParams::default() };
         exemplar::choose(&first.photo, &first.crown, &first.gaps, texels_per_m * first.metres_per_px, &params)
     }
-}
-
-/// A part of a built tree that stands still.
-fn still(part: Part) -> BuiltPart {
-    BuiltPart::still(part)
 }
 
 #[cfg(test)]

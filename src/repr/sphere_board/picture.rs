@@ -29,6 +29,10 @@ pub(in crate::repr) struct Picture {
     /// The spaces: as many pixels of the crown as its leaves leave open.
     pub gaps: Mask,
     stand: Stand,
+    view: View,
+    /// Row by row: metres towards the viewer from the view's middle, and unit normals; negative infinity and zero where nothing is.
+    depth_m: Vec<f32>,
+    normal: Vec<Vec3>,
     axes: [Vec3; 3],
     pub metres_per_px: f64,
     /// Where the origin of object space lies, pixels.
@@ -118,6 +122,9 @@ impl Picture {
             crown,
             photo: Photo { image: opaque(taken), opaque: None },
             stand: *stand,
+            view: *view,
+            depth_m: taken.depth_m.clone(),
+            normal: taken.normal.clone(),
             axes: view.axes,
             metres_per_px,
             foot_px: foot + 0.5 * DVec2::new(f64::from(view.width_px), f64::from(view.height_px)),
@@ -133,6 +140,34 @@ impl Picture {
         let Stand { azimuth_rad, elevation_rad } = self.stand;
         let seen = Outline::from_silhouette(&traced, self.foot_px, self.metres_per_px, f64::from(azimuth_rad));
         Ok(Outline { elevation_rad: f64::from(elevation_rad), ..seen })
+    }
+
+    /// Towards whoever took it.
+    pub(in crate::repr) fn toward(&self) -> Vec3 {
+        self.axes[2]
+    }
+
+    /// Places that it shows and their normals, at every so manieth pixel along both axes.
+    pub(in crate::repr) fn places(&self, step: u32) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
+        let View { width_px, height_px, half_size_m, center, axes: [right, up, toward], .. } = self.view;
+        let pixels =
+            (0..height_px).step_by(step as usize).flat_map(move |y| (0..width_px).step_by(step as usize).map(move |x| (x, y)));
+        pixels.filter_map(move |(x, y)| {
+            let at = (y * width_px + x) as usize;
+            let part = |i: u32, n: u32| 2.0 * (i as f32 + 0.5) / n as f32 - 1.0;
+            let aside = part(x, width_px) * half_size_m.x * right - part(y, height_px) * half_size_m.y * up;
+            (self.normal[at] != Vec3::ZERO).then(|| (center + aside + self.depth_m[at] * toward, self.normal[at]))
+        })
+    }
+
+    /// Whether nothing stands before a place, give or take some pixels.
+    pub(in crate::repr) fn sees(&self, place: Vec3, slack_px: f32) -> bool {
+        let View { width_px, height_px, half_size_m, center, axes: [right, up, toward], .. } = self.view;
+        let d = place - center;
+        let index =
+            |along: f32, half: f32, n: u32| ((0.5 + 0.5 * along / half) * n as f32).floor().clamp(0.0, n as f32 - 1.0) as usize;
+        let (x, y) = (index(d.dot(right), half_size_m.x, width_px), index(-d.dot(up), half_size_m.y, height_px));
+        self.depth_m[y * width_px as usize + x] <= d.dot(toward) + slack_px * self.metres_per_px as f32
     }
 
     /// As a source of texture.

@@ -9,15 +9,16 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 use glam::Vec3;
 
 use super::picture::{Picture, Scale, Stand, nothing_seen, taken, trunk_seen};
+use super::tone::tone;
 use super::{SphereBoardParams, Unseen};
-use crate::Result;
 use crate::crown::{self, CrownParams, Hull, Outline};
 use crate::geom::{Bounds, PolyMesh, Surface};
-use crate::model::{Part, TrunkShape};
+use crate::model::{Part, TrunkShape, bounds as bounds_of};
 use crate::photo::Roughness;
 use crate::raster::{to_linear, to_srgb};
 use crate::repr::{Job, Scope, TreeSource};
 use crate::texture::Front;
+use crate::{Error, Result};
 
 /// From where a cluster is looked at to find its parts: from the front, from the right, and from above.
 const SIDES: [Stand; 3] = [Stand::round(0.0), Stand::round(FRAC_PI_2), Stand::ABOVE];
@@ -33,11 +34,13 @@ pub(in crate::repr) struct Cluster {
     /// What its texture is made of; the first is the front, and there is one.
     pub pictures: Vec<Picture>,
     outline: Outline,
+    /// What its leaves' shade leaves of its colour.
+    pub(in crate::repr) tone: f32,
 }
 
 /// All that is known of a tree.
 pub(in crate::repr) struct Subject {
-    /// At least one.
+    /// The largest first; at least one unless there is a finest level already.
     pub clusters: Vec<Cluster>,
     pub trunk: Option<Part>,
     /// The crowns of the finest level, where there are some already.
@@ -50,9 +53,10 @@ impl Subject {
         let size = job.source.bounds(Scope::Foliage).unwrap_or(bounds).size().max_element().max(1e-3);
         let scale = Scale { metres_per_px: size / params.picture_px as f32, longest_px: params.picture_px };
         let TreeSource::Model { model, .. } = job.source else {
-            let mut clusters = Vec::new();
-            for group in groups(job, foliage, params, scale)? {
-                clusters.push(Cluster::of(job, &group, params.azimuths, params, scale)?);
+            let groups = groups(job, foliage, params, scale)?;
+            let mut clusters = found(groups.iter().map(|group| Cluster::of(job, group, params.azimuths, params, scale)))?;
+            if clusters.is_empty() {
+                return Err(nothing_seen());
             }
             clusters.sort_by(|a, b| b.hull.area_m2().total_cmp(&a.hull.area_m2()));
             let trunk = trunk(job, &clusters, bounds, scale)?;
@@ -60,9 +64,14 @@ impl Subject {
         };
         let seen = SphereBoardParams { depth: Unseen::Seen, above: Unseen::Seen, ..params.clone() };
         let cluster = |crown: &Part| Cluster::of(job, std::slice::from_ref(crown), AROUND_A_MODEL, &seen, scale);
-        let clusters = foliage.iter().map(cluster).collect::<Result<_>>()?;
+        let clusters = found(foliage.iter().map(cluster))?;
         Ok(Self { clusters, trunk: model.trunk.as_ref().map(|trunk| trunk.part()), finest: Some(foliage) })
     }
+}
+
+/// The clusters that are large enough to be seen.
+fn found(clusters: impl Iterator<Item = Result<Cluster>>) -> Result<Vec<Cluster>> {
+    clusters.filter(|cluster| !matches!(cluster, Err(Error::CrownTooSmall { .. } | Error::Outline { .. }))).collect()
 }
 
 /// The foliage of a tree, one list of parts for each cluster: the crowns of a model, or what is found on a true tree.
@@ -86,7 +95,7 @@ fn parted(job: &Job, foliage: Vec<Part>, params: &SphereBoardParams, scale: Scal
         } else {
             None
         };
-        let Some(picture) = picture else {
+        let Some((picture, outline)) = picture.and_then(|picture| picture.outline().ok().map(|outline| (picture, outline))) else {
             done.push(parts);
             continue;
         };
@@ -95,7 +104,7 @@ fn parted(job: &Job, foliage: Vec<Part>, params: &SphereBoardParams, scale: Scal
         let usual = CrownParams::default();
         let min_lobe = (usual.min_lobe / of_all.max(1e-3)).min(0.5);
         let lobes = crown::hulls(
-            &[picture.outline()?],
+            &[outline],
             &CrownParams { max_crowns: room.min(50) as u32, min_lobe, lobe_split: params.lobe_split, ..usual },
         )?;
         let next = (side + 1) % sides.len();
@@ -172,10 +181,15 @@ impl Cluster {
         let outlines: Vec<Outline> = pictures.iter().flatten().map(Picture::outline).collect::<Result<_>>()?;
         let alone = CrownParams { max_crowns: 1, ..CrownParams::default() };
         let hull = crown::hulls(&outlines, &alone)?.pop().ok_or_else(nothing_seen)?;
+        let of_leaves = bounds_of(parts).unwrap_or(Bounds { min: Vec3::ZERO, max: Vec3::ONE });
+        let seen: Vec<&Picture> = pictures.iter().flatten().collect();
+        let crowns_own = parts.iter().any(|part| part.crown_center.is_some());
+        // A model's surface is smooth already.
+        let tone = if crowns_own { 1.0 } else { tone(&seen, of_leaves.center(), 0.5 * of_leaves.size()) };
         pictures.truncate(pictured);
         let pictures: Vec<Picture> = pictures.into_iter().flatten().collect();
         let outline = outlines.into_iter().next().filter(|_| !pictures.is_empty()).ok_or_else(nothing_seen)?;
-        Ok(Self { hull, pictures, outline })
+        Ok(Self { hull, pictures, outline, tone })
     }
 
     pub(in crate::repr) fn fronts(&self) -> Vec<Front<'_>> {
@@ -202,15 +216,10 @@ fn trunk(job: &Job, clusters: &[Cluster], bounds: Bounds, scale: Scale) -> Resul
             TrunkShape::guessed(Vec3::new(0.0, base, 0.0), center, f64::from(bounds.max.y))
         }
     };
-    // Where it enters the crown is better known from the wood than from one side.
-    let reach = 0.02 * bounds.max.y;
-    let there = job.source.points(Scope::Wood).filter(|p| (p.y - shape.neck.y).abs() < reach);
-    let (sum, count) = there.fold((Vec3::ZERO, 0.0), |(sum, count), p| (sum + p, count + 1.0));
-    if count > 0.0 {
-        (shape.neck.x, shape.neck.z) = (sum.x / count, sum.z / count);
-    }
-    // Bare between clusters, it is seen up to the largest.
-    shape.tip = if clusters.len() > 1 { center } else { shape.neck.midpoint(center) };
+    // Where it stands in depth is known from the wood alone. Bare between clusters, it is seen up to the largest.
+    let course = course(job, bounds, shape.width_m);
+    shape.neck = course(shape.neck.y);
+    shape.tip = if clusters.len() > 1 { course(center.y) } else { shape.neck.midpoint(center) };
     let [r, g, b, _] = bark(job);
     shape.bark = [r, g, b].map(to_srgb);
     let mut part = shape.build().part();
@@ -224,6 +233,28 @@ fn trunk(job: &Job, clusters: &[Cluster], bounds: Bounds, scale: Scale) -> Resul
         part.surface.append(limb(neck.lerp(tip, share), end, [thick, 0.4 * thick]));
     }
     Ok(Some(part))
+}
+
+/// Slabs in which the trunk is followed upwards.
+const SLABS: usize = 60;
+
+/// Where the trunk is at a height: its wood is followed up from the foot, slab by slab.
+fn course(job: &Job, bounds: Bounds, width_m: f32) -> impl Fn(f32) -> Vec3 {
+    let slab_m = (bounds.max.y / SLABS as f32).max(1e-6);
+    let slab_of = move |y: f32| ((y / slab_m).max(0.0) as usize).min(SLABS - 1);
+    let mut slabs = vec![Vec::new(); SLABS];
+    job.source.points(Scope::Wood).for_each(|p| slabs[slab_of(p.y)].push(p));
+    let mut at = Vec3::ZERO;
+    let mut places = Vec::new();
+    for slab in &slabs {
+        let near = slab.iter().filter(|p| Vec3::new(p.x - at.x, 0.0, p.z - at.z).length() < width_m);
+        let (sum, count) = near.fold((Vec3::ZERO, 0.0), |(sum, count), p| (sum + *p, count + 1.0));
+        // A branch that leaves it pulls it aside: it does not turn so quickly.
+        let wanted = if count > 0.0 { sum / count } else { at };
+        at = at.lerp(wanted, 0.6);
+        places.push(Vec3::new(at.x, 0.0, at.z));
+    }
+    move |y| places[slab_of(y)] + y * Vec3::Y
 }
 
 /// How much a limb rises over its run, and how thick it is at the trunk, of the trunk's width.
