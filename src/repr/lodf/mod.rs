@@ -40,7 +40,7 @@ pub struct LeafForest {
     /// All leaves shown are sent whenever any changes, as the predecessor does (§VI); else changed clusters only.
     pub resent: bool,
     /// Of each cluster's collapses in turn: how many of all are done when it is. Cluster after cluster.
-    ends: Vec<u32>,
+    pub ends: Vec<u32>,
 }
 
 impl LeafForest {

@@ -56,7 +56,7 @@ const TURN: f32 = 100.0;
 const LACK: f32 = 100.0;
 /// How large a collapsed leaf is aimed to be, as a share of the leaves that it stands for: a little more, since what is aimed at is seldom
 /// had in full.
-const GROWTH: f32 = 1.3;
+const GROWTH: f32 = 1.2;
 /// How many rings of cells are searched for a partner before a leaf is put off until the cells are larger.
 const RINGS: i32 = 3;
 /// Fewer leaves than these are compared with all others.
