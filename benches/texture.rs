@@ -53,7 +53,7 @@ fn texture(c: &mut Criterion) {
     group.bench_function("sphereboard", |b| {
         b.iter(|| {
             let density = texels_per_m(&mesh, &params).unwrap();
-            let texture = synthesize(&mesh, &exemplar, density, None, &synth, Seed(1)).unwrap();
+            let texture = synthesize(&mesh, &exemplar, density, &[], &synth, Seed(1)).unwrap();
             bake(&mesh, Vec3::ZERO, &texture, &exemplar, &params).unwrap()
         });
     });
