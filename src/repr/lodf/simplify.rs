@@ -58,7 +58,7 @@ const LACK: f32 = 100.0;
 /// had in full.
 const GROWTH: f32 = 1.2;
 /// How many rings of cells are searched for a partner before a leaf is put off until the cells are larger.
-const RINGS: i32 = 3;
+const RINGS: i32 = 2;
 /// Fewer leaves than these are compared with all others.
 const FEW: usize = 64;
 
