@@ -148,7 +148,7 @@ fn zones(renderer: &mut Renderer, built: &Built, folder: &Path, text: &mut Strin
     let camera = Camera::orbit(bounds.center(), 0.3, 0.1, 1.9 * bounds.max.y);
     let mut sheet = RgbImage::new(4 * 480, 640);
     for (column, zones) in [Zones::Uniform, Zones::Distance, Zones::Size, Zones::Silhouette].into_iter().enumerate() {
-        let tree = built.with(renderer, Detail { near: 1.75, far: 2.5, least: 0.04, zones })?;
+        let tree = built.with(renderer, Detail { near: 1.5, far: 2.2, least: 0.04, zones })?;
         let picture =
             renderer.picture(&Shot::new(camera, [480, 640]), &[Stand { tree: &tree, instances: &[Instance::IDENTITY] }])?;
         imageops::replace(&mut sheet, &over(&picture.color, [0; 3]), 480 * column as i64, 0);
