@@ -116,8 +116,12 @@ fn doubts(part: &str, triangles: usize, leaves: usize) -> Option<Warning> {
 
 /// Those of [`SHARES`] that are reached, from near to far.
 fn levels(detail: &Detail) -> Vec<Level> {
+    // Levels that begin at the viewer's eye would be seen nowhere.
+    const NEAREST: f32 = 0.01;
     let reached = SHARES.iter().filter(|share| **share >= detail.least || **share == 1.0);
-    reached.map(|share| Level { name: format!("{:.0} % of leaves", 100.0 * share), distance: detail.distance_of(*share) }).collect()
+    reached
+        .map(|share| Level { name: format!("{:.0} % of leaves", 100.0 * share), distance: detail.distance_of(*share).max(NEAREST) })
+        .collect()
 }
 
 /// How wide the bands are over which plain levels give way to one another.
@@ -135,4 +139,49 @@ pub fn plain_levels(built: &BuiltPart, forest: &LeafForest) -> Vec<BuiltPart> {
         BuiltPart::still(part).seen(Seen::between(forest.anchor, near, far, BAND))
     };
     distances.iter().enumerate().map(level).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::repr::trial::{bare, built, one_leaf, tree};
+    use crate::repr::{BuiltTree, Drawn, Stats};
+
+    fn leaves_at(built: &BuiltTree, distance: f32) -> usize {
+        let forest = built.parts.iter().find_map(|part| match &part.drawn {
+            Drawn::Forest(forest) => Some(forest.leaves_at(distance)),
+            _ => None,
+        });
+        forest.unwrap()
+    }
+
+    #[test]
+    fn files_have_plain_levels_with_as_many_leaves_as_are_drawn() {
+        for settings in [&[][..], &["full_within=0"], &["least_share=0.5"], &["least_share=1"]] {
+            let built = built("lodf", settings, &tree()).unwrap();
+            built.check().unwrap();
+            let plain = built.clone().plain();
+            plain.check().unwrap();
+            for level in super::levels(&super::LodfParams::default().detail()).iter().filter(|_| settings.is_empty()) {
+                let there: usize = plain
+                    .parts_at(level.distance)
+                    .filter(|part| part.part.name.starts_with("leaf"))
+                    .map(|part| part.part.surface.mesh.polygon_count())
+                    .sum();
+                assert_eq!(there, leaves_at(&built, level.distance), "{}", level.name);
+            }
+            for level in &built.levels {
+                assert!(Stats::at(&built, level.distance).triangles > 0 && Stats::at(&plain, level.distance).triangles > 0);
+            }
+        }
+    }
+
+    #[test]
+    fn one_leaf_is_drawn_and_none_is_refused() {
+        let one = built("lodf", &[], &one_leaf());
+        assert!(one.is_ok(), "{:?}", one.err());
+        for method in ["lodf", "vdf"] {
+            let none = built(method, &[], &bare()).unwrap_err().to_string();
+            assert!(none.contains("no leaves"), "{none}");
+        }
+    }
 }

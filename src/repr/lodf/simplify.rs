@@ -58,7 +58,7 @@ const LACK: f32 = 100.0;
 /// had in full.
 const GROWTH: f32 = 1.2;
 /// How many rings of cells are searched for a partner before a leaf is put off until the cells are larger.
-const RINGS: i32 = 3;
+const RINGS: i32 = 2;
 /// Fewer leaves than these are compared with all others.
 const FEW: usize = 64;
 
@@ -197,6 +197,11 @@ impl Work {
         let best: Cell<Option<(f32, u32)>> = Cell::new(None);
         let mut look = |other: u32| {
             let Some(it) = self.active[other as usize].as_ref().filter(|_| other != leaf) else { return false };
+            // Nearly always it is too far away, which is told at once.
+            let least = me.cover * me.center.distance_squared(it.center);
+            if best.get().is_some_and(|(cost, _)| least > cost) {
+                return true;
+            }
             let cost = me.cost(it);
             let better = best.get().is_none_or(|best| cost.total_cmp(&best.0).then(other.cmp(&best.1)).is_lt());
             if better && cost.is_finite() && me.count + it.count <= MOST_LEAVES {
