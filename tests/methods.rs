@@ -41,7 +41,7 @@ fn exported(source: &TreeSource) -> TreeSource {
 
 /// The kinds of source by name: a grown broadleaf and a grown conifer, an imported tree, the model of a photograph of ours.
 static SOURCES: LazyLock<Vec<(&str, TreeSource)>> = LazyLock::new(|| {
-    let golden = fs::read(folder().join("../oak.glb")).unwrap();
+    let golden = fs::read(folder().with_file_name("oak.glb")).unwrap();
     vec![
         ("broadleaf", young("birch", 12.0)),
         ("conifer", young("spruce", 10.0)),
@@ -278,13 +278,15 @@ fn nothing_jumps_on_the_way_from_2_to_200_tree_heights() {
     assert!(complaints.is_empty(), "these jump: {}", complaints.join(", "));
 }
 
-/// The tree in the middle of a picture whose pixels are those that distances are told for.
+/// The tree in the middle of a picture whose pixels are those that distances are told for. Where it is small each pixel is the mean of
+/// 4 × 4, at the same level of detail: else whole pixels that come and go in a tree of ten would drown what its levels do.
 fn from_afar(renderer: &mut Renderer, tree: &Tree, bounds: Bounds, distance: f32) -> image::RgbImage {
     let distance_m = distance * bounds.max.y;
     let fov_y_rad = 2.0 * (0.5 * DOLLY_PX as f32 / REFERENCE_FOCAL_PX).atan();
     let projection = Projection::Perspective { fov_y_rad, near_m: 0.1 };
     let camera = Camera { projection, ..Camera::orbit(bounds.center(), 0.35, 0.15, distance_m) };
-    let shot = Shot { background: Background::Alpha, ..Shot::new(camera, [DOLLY_PX; 2]) };
+    let (finer, level_distance) = if REFERENCE_FOCAL_PX / distance < 96.0 { (4, Some(distance)) } else { (1, None) };
+    let shot = Shot { background: Background::Alpha, level_distance, ..Shot::new(camera, [finer * DOLLY_PX; 2]) };
     let picture = renderer.picture(&shot, &[Stand { tree, instances: &[Instance::IDENTITY] }]).unwrap().color;
-    over(&picture, [214, 224, 232])
+    image::imageops::thumbnail(&over(&picture, [214, 224, 232]), DOLLY_PX, DOLLY_PX)
 }
