@@ -17,10 +17,11 @@ test: ## all tests, with the checks by OpenCV, scikit-image, Open3D, OpenImageIO
 test-full: ## the tests, and Blender opens and renders models and baked trees (installs another 0.9 GB)
 	@scripts/test full
 
-sheets: ## contact sheets of every photograph and every preset into results/local
+sheets: ## contact sheets of every photograph, preset and representation into results/local
 	@scripts/setup demo
 	cargo run --release --locked --example contact_sheets
 	cargo run --release --locked --example preset_sheet
+	cargo run --release --locked --example method_sheet
 	cargo run --release --locked --example resemblance
 
 photos: ## the sample photographs of grown trees anew, into photos/

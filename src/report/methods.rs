@@ -21,9 +21,9 @@ const PANELS_PX: [u32; 3] = [240, 150, 100];
 /// What stands behind the trees, sRGB.
 const PAPER: [u8; 3] = [214, 224, 232];
 
-/// Half of the box's diagonal in heights of the tree: what a picture from any side has to show.
+/// What a picture from any side has to show to both sides of the middle, metres.
 fn half_extent(bounds: Bounds) -> f32 {
-    0.52 * bounds.size().length()
+    0.62 * bounds.size().max_element()
 }
 
 /// The tree as a viewer sees it who is `distance` tree heights away from its middle, at [`REFERENCE_FOCAL_PX`]: a square picture, transparent
