@@ -41,7 +41,7 @@ async function open(browser, options) {
 async function whole(browser) {
   const { page, heard } = await open(browser, { viewport: { width: 1280, height: 900 } });
   const compared = data.methods.filter((run) => run.rows.length > 0);
-  expect((await page.locator("#pareto-plots svg").count()) === data.identity.plan.heights_px.length, "a plot of error and cost for each distance");
+  expect((await page.locator("#pareto-plots svg").count()) === 2 * data.identity.plan.heights_px.length, "plots of error against bytes and milliseconds for each distance");
   const names = await page.locator("#costs-table tbody th").allTextContents();
   expect(compared.every((run) => names.some((name) => name.startsWith(run.method))), "every method is in the table of costs");
   expect((await page.locator("#loss-lead").textContent()).length > 40, "it is said where the sphere-board loses");
@@ -78,8 +78,10 @@ async function whole(browser) {
   await page.keyboard.press("Enter");
   expect(ordered(await column(), -1) && (await sorted.getAttribute("aria-sort")) === "descending", "a key turns the order round");
 
-  await page.locator(`#chips button[data-method="${truth}"]`).click();
-  expect((await page.locator(`#chips button[data-method="${truth}"]`).getAttribute("aria-pressed")) === "true", "a method takes a colour");
+  const chip = page.locator(`#chips button[data-method="${truth}"]`);
+  const pressed = await chip.getAttribute("aria-pressed");
+  await chip.click();
+  expect((await chip.getAttribute("aria-pressed")) !== pressed, "a method takes a colour or loses it");
   expect(heard.complaints.length === 0, `nothing is complained of ${heard.complaints.join("; ")}`);
   expect(heard.foreign.length === 0, `nothing is fetched ${heard.foreign.join(" ")}`);
 }

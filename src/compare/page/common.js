@@ -50,7 +50,7 @@ function bytes(value) {
 }
 
 const costs = {
-  ms: { name: "Milliseconds for one tree", short: "ms", of: (cost) => cost.ms, show: (value) => `${digits(value)} ms` },
+  ms: { name: "Milliseconds for one tree", short: "milliseconds", of: (cost) => cost.ms, show: (value) => `${digits(value)} ms` },
   bytes: { name: "Bytes of textures and geometry", short: "bytes", of: (cost) => cost.texture_bytes + cost.geometry_bytes, show: bytes },
   triangles: { name: "Triangles", short: "triangles", of: (cost) => cost.triangles, show: (value) => `${whole(value)} triangles` },
 };

@@ -5,7 +5,7 @@ const cost = costs[data.cost];
 function startAnswer() {
   const refused = data.methods.length - compared.length;
   byId("looked").textContent =
-    `${compared.length} methods${refused ? ` (${refused} more were refused)` : ""} held against a tree ${digits(data.height_m)} m high, from ${views.length} views ` +
+    `${compared.length} methods${refused ? ` (and ${refused} refused)` : ""} held against a tree ${digits(data.height_m)} m high, from ${views.length} views ` +
     `at ${heights.length} distances under ${suns.length} sun${suns.length > 1 ? "s" : ""}.`;
   const { chain, bands } = data;
   const place = (distance) => (distance === 0 ? "at any nearer distance" : `from ${away(distance)} tree heights on (${whole(data.focal_px / distance)} px high)`);
@@ -13,8 +13,8 @@ function startAnswer() {
   byId("answer-lead").textContent = chain.length === 0
     ? `No method stays under a mean FLIP of ${data.max_flip} at any distance.`
     : chain.length === 1
-      ? `${chainText[0]} at every distance: the cheapest by ${cost.short} under a mean FLIP of ${data.max_flip}.`
-      : `Draw ${chainText[0]} first, then ${chainText.slice(1).join(", then ")}: at each distance the cheapest by ${cost.short} under a mean FLIP of ${data.max_flip}.`;
+      ? `${chainText[0]} at every distance: the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`
+      : `Draw ${chainText[0]} first, then ${chainText.slice(1).join(", then ")}: at each distance the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`;
   byId("chain").replaceChildren(...chain.map(([method, level, from], i) => {
     const until = chain[i + 1]?.[2];
     const range = from === 0 ? (until ? `up to ${away(until)} tree heights` : "at every distance") : until ? `${away(from)} to ${away(until)} tree heights` : `beyond ${away(from)} tree heights`;
@@ -23,11 +23,11 @@ function startAnswer() {
   }));
   const bandColumns = [
     { name: "Tree on screen", value: (band) => `${whole(band.height_px)} px` },
-    { name: "Distance", unit: "tree heights", value: (band) => away(treeHeights(band.height_px)) },
     { name: "Cheapest good enough", text: true, value: (band) => (band.method ? methodName(band.method, band.level) : `none under ${data.max_flip}`), id: "method" },
     { name: "FLIP", value: (band) => (band.method ? fixed(3)(band.flip) : "–") },
     { name: "Cost", value: (band) => (band.method ? cost.show(band.cost) : "–") },
     { name: "Least error, at any cost", text: true, value: (band) => (band.best ? `${band.best[0]}, ${fixed(3)(band.best[1])}` : "–") },
+    { name: "Distance", unit: "tree heights", value: (band) => away(treeHeights(band.height_px)) },
   ];
   byId("bands").replaceChildren(plainTable("By distance", bandColumns, bands, (column, band) => (column.id === "method" ? (band.method ? "text good" : "text none") : null)));
   byId("answer-how").textContent =

@@ -31,7 +31,7 @@ function showPlots() {
   }
   showMeaning("pareto-error", "pareto-meaning");
   showMeaning("elevation-error", "elevation-meaning");
-  byId("pareto-plots").replaceChildren(...heights.map(pareto));
+  byId("pareto-plots").replaceChildren(...heights.flatMap((heightPx) => ["bytes", "ms"].map((key) => pareto(heightPx, costs[key]))));
   byId("elevation-plots").replaceChildren(...heights.map(climb));
 }
 
@@ -58,11 +58,19 @@ function logTicks(low, high) {
   return all.flatMap((value) => [value, 2 * value, 5 * value]).filter((value) => value >= low * 0.999 && value <= high * 1.001);
 }
 
-/** The frame of a plot: its size, and both axes. */
+const pen = document.createElement("canvas").getContext("2d");
+
+/** How wide a name in a plot is, pixels. */
+function textWidth(text, bold) {
+  pen.font = `${bold ? 600 : 400} 12px ${getComputedStyle(document.body).fontFamily}`;
+  return pen.measureText(text).width;
+}
+
+/** The frame of a plot: its size, and both axes. `xs.room` pixels stay free on the right. */
 function frame(xs, ys, showX, nameX, nameY, container) {
   const width = Math.max(300, Math.min(container.clientWidth || 480, container.clientWidth >= 984 ? (container.clientWidth - 24) / 2 : 1e9));
   const [left, right, top, bottom] = [48, width - 14, 26, 296];
-  const x = (value) => left + 10 + ((value - xs.low) / (xs.high - xs.low || 1)) * (right - left - 20);
+  const x = (value) => left + 10 + ((value - xs.low) / (xs.high - xs.low || 1)) * (right - left - 20 - (xs.room ?? 0));
   const y = (value) => bottom - (value / ys.at(-1)) * (bottom - top);
   const svg = drawn("svg", { viewBox: `0 0 ${width} 340`, role: "img" });
   for (const value of ys) {
@@ -77,11 +85,11 @@ function frame(xs, ys, showX, nameX, nameY, container) {
   return { svg, x, y, left, right, top, bottom, width };
 }
 
-function pareto(heightPx) {
-  const cost = costs[byId("pareto-cost").value];
+function pareto(heightPx, cost) {
+  const title = `${distanceName(heightPx)}: ${cost.short}`;
   const id = byId("pareto-error").value;
   const here = rows.filter((row) => row.height_px === heightPx && !row.failed && number(errorOf(row.error, id)) && cost.of(row.cost) > 0);
-  if (here.length === 0) return element("figure", {}, element("figcaption", {}, distanceName(heightPx)), element("p", { class: "small" }, "There are no figures at this distance."));
+  if (here.length === 0) return element("figure", {}, element("figcaption", {}, title), element("p", { class: "small" }, "There are no figures at this distance."));
   const points = here.map((row) => ({ row, cost: cost.of(row.cost), error: errorOf(row.error, id) }));
   const logs = points.map((point) => Math.log10(point.cost));
   const pad = Math.max(0.15, 0.08 * (Math.max(...logs) - Math.min(...logs)));
@@ -109,16 +117,16 @@ function pareto(heightPx) {
   const named = points.filter((point) => !point.row.level).sort((a, b) => colored.has(b.row.method) - colored.has(a.row.method));
   place(plot, named.map((point) => ({ at: at(point), text: point.row.method, method: point.row.method })), points.map(at));
   svg.setAttribute("aria-label", `${titleOf(columnOf(id))} against ${cost.name} where the tree is ${distanceName(heightPx)}: ${points.map((point) => `${methodName(point.row.method, point.row.level)} ${fixed(3)(point.error)}`).join(", ")}`);
-  return element("figure", {}, element("figcaption", {}, distanceName(heightPx)), svg);
+  return element("figure", {}, element("figcaption", {}, title), svg);
 }
 
 /** Writes names beside their points, each where it covers neither a name nor a point; far ones with a line. */
 function place(plot, names, points) {
   const taken = points.map(([x, y]) => [x - 6, y - 6, x + 6, y + 6]);
-  const clear = (box) => box[0] >= plot.left && box[2] <= plot.right + 12 && box[1] >= plot.top - 8 && box[3] <= plot.bottom &&
+  const clear = (box) => box[0] >= plot.left && box[2] <= plot.right + 4 && box[1] >= plot.top - 8 && box[3] <= plot.bottom &&
     !taken.some((other) => box[0] < other[2] && other[0] < box[2] && box[1] < other[3] && other[1] < box[3]);
   for (const { at: [x, y], text, method } of names) {
-    const wide = 6.7 * text.length;
+    const wide = textWidth(text, colored.has(method));
     const boxes = [9, 20, 34, 50, 70, 95].flatMap((reach) => [[1, 0], [-1, 0], [0, -1], [0, 1], [0.8, -0.8], [0.8, 0.8], [-0.8, -0.8], [-0.8, 0.8]].map(([dx, dy]) => {
       const left = dx > 0 ? x + dx * reach : dx < 0 ? x + dx * reach - wide : x - wide / 2;
       const middle = y + dy * (reach + 3);
@@ -147,8 +155,9 @@ function climb(heightPx) {
   })).filter((line) => line.points.length > 0);
   const top = Math.max(...lines.flatMap((line) => line.points.map((point) => point[1])), 0);
   const [low, high] = [elevationsDeg[0], elevationsDeg.at(-1)];
-  const room = 0.34 * Math.max(high - low, 1);
-  const plot = frame({ low, high: high + room, ticks: elevationsDeg }, ticks(1.04 * top), (value) => `${value}°`, "Elevation of the viewer", titleOf(columnOf(id)), byId("elevation-plots"));
+  const room = Math.max(0, ...lines.map((line) => textWidth(line.method, true))) + 12;
+  const xs = { low, high, room, ticks: elevationsDeg };
+  const plot = frame(xs, ticks(1.04 * top), (value) => `${value}°`, "Elevation of the viewer", titleOf(columnOf(id)), byId("elevation-plots"));
   const at = ([x, y]) => [plot.x(x), plot.y(y)];
   lines.sort((a, b) => colored.has(a.method) - colored.has(b.method));
   for (const { method, points } of lines) {
@@ -178,10 +187,9 @@ function climb(heightPx) {
 }
 
 function startPlots() {
-  choices(byId("pareto-cost"), Object.entries(costs).map(([key, cost]) => [key, cost.name]), "bytes");
   choices(byId("pareto-error"), errorChoices);
   choices(byId("elevation-error"), errorChoices);
-  ["pareto-cost", "pareto-error", "elevation-error"].forEach((id) => byId(id).addEventListener("change", showPlots));
+  ["pareto-error", "elevation-error"].forEach((id) => byId(id).addEventListener("change", showPlots));
   startColors();
   showPlots();
   let width = byId("pareto-plots").clientWidth;

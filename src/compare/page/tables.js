@@ -46,7 +46,7 @@ const rowName = { name: "Method", value: (row) => methodName(row.method, row.lev
 const costColumns = [
   rowName,
   { name: "time", unit: "ms", value: (row) => row.cost.ms, show: digits, meaning: "milliseconds of the device for one tree, median over frames full of trees" },
-  { name: "95 %", unit: "ms", value: (row) => row.cost.ms_p95, show: digits, meaning: "95 % of the frames took this or less, per tree" },
+  { name: "time, 95 %", unit: "ms", value: (row) => row.cost.ms_p95, show: digits, meaning: "95 % of the frames took this or less, per tree" },
   { name: "triangles", value: (row) => row.cost.triangles, show: whole, meaning: "triangles of one tree" },
   { name: "draw calls", value: (row) => row.cost.draw_calls, show: whole, meaning: "draw calls of any number of trees" },
   { name: "textures", value: (row) => row.cost.texture_bytes, show: bytes, meaning: "bytes on the device of the pictures seen at that distance, with all their smaller sizes" },
@@ -63,7 +63,7 @@ const methodColumns = [
   { name: "memory", value: (run) => run.memory_bytes, show: bytes, meaning: "bytes on the device of all its textures and geometry, all levels" },
   { name: "file", value: (run) => run.disk_bytes || NaN, show: bytes, meaning: "bytes of its GLB file; – where none was written" },
   { name: "levels", value: (run) => run.levels.length, show: whole, meaning: "levels of detail" },
-  { name: "orbit", value: (run) => run.motion.flicker, show: fixed(3), meaning: "flicker: mean FLIP from one frame to the next while the viewer walks round the tree in steps of 2°; hold it against that of the tree itself in the same table" },
+  { name: "flicker", value: (run) => run.motion.flicker, show: fixed(3), meaning: "mean FLIP from one frame to the next while the viewer walks round the tree in steps of 2°; hold it against that of the tree itself in the same table" },
   { name: "popping", value: (run) => run.motion.popping, show: fixed(2), meaning: "the largest step while the viewer moves away, over the median of the steps around it; up to 2 nothing jumps" },
 ];
 
