@@ -86,4 +86,5 @@ const pictureAt = (elevationDeg, heightPx, sun) =>
   pictures.find((picture) => picture.elevation_deg === elevationDeg && picture.height_px === heightPx && picture.sun === sun);
 
 /** What scrolls sideways must be reached by keyboard. */
-const scrolling = (name, child) => element("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": name }, child);
+const scrolling = (name, child) => element("div", {},
+  element("p", { class: "small caption" }, name), element("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": name }, child));

@@ -32,7 +32,7 @@ function startAnswer() {
   byId("bands").replaceChildren(plainTable("By distance", bandColumns, bands, (column, band) => (column.id === "method" ? (band.method ? "text good" : "text none") : null)));
   byId("answer-how").textContent =
     `FLIP is what a person notices who flickers between the picture and the truth, 0 to 1, here the mean over all views and suns at ${digits(data.pixels_per_degree)} pixels per degree, ` +
-    `over a bright and a dark background. The tree itself counts as a method too; its own error is that of one sample for each pixel. Cost is counted by ${cost.name.toLowerCase()}. ` +
+    `over a bright and a dark background. The tree itself counts as a method too; its own error is that of one sample for each pixel. Cost is counted by ${cost.name.toLowerCase()}; times were taken on ${data.identity.adapter}. ` +
     `Distances are in heights of the tree: at ${Math.round(data.focal_px)} heights it is 1 px high.`;
 }
 

@@ -106,8 +106,9 @@ function pareto(heightPx, cost) {
   const at = (point) => [x(Math.log10(point.cost)), y(point.error)];
   const steps = front.map((point, i) => (i === 0 ? `M${at(point)[0]},${plot.top}V${at(point)[1]}` : `H${at(point)[0]}V${at(point)[1]}`)).join("");
   svg.append(drawn("path", { class: "front", d: `${steps}H${plot.right}` }));
-  // Grey first, so that no colour is hidden; levels told are rings.
-  const order = [...points].sort((a, b) => colored.has(a.row.method) - colored.has(b.row.method));
+  // Rings first, then grey, so that no colour is hidden.
+  const rank = ({ row }) => (row.level ? 0 : 2) + (colored.has(row.method) ? 1 : 0);
+  const order = [...points].sort((a, b) => rank(a) - rank(b));
   for (const point of order) {
     const [cx, cy] = at(point);
     const color = colorOf(point.row.method);

@@ -12,7 +12,7 @@ function table(caption, columns, rows, mark = () => null) {
     element("th", { scope: "col", class: column.text ? "text" : null, title: column.meaning },
       column.name, column.unit ? element("span", { class: "unit" }, ` ${column.unit}`) : null));
   const body = element("tbody", {}, ...rows.map(line));
-  const made = element("table", {}, element("caption", {}, caption), element("thead", {}, element("tr", {}, ...heads)), body);
+  const made = element("table", { "aria-label": caption }, element("thead", {}, element("tr", {}, ...heads)), body);
   return { made, heads, body, line };
 }
 
@@ -45,8 +45,8 @@ function sortable(caption, columns, rows, first, mark) {
 const rowName = { name: "Method", value: (row) => methodName(row.method, row.level), text: true, meaning: "the method, and its level of detail where one was told; else it draws the one that belongs there" };
 const costColumns = [
   rowName,
-  { name: "time", unit: "ms", value: (row) => row.cost.ms, show: digits, meaning: "milliseconds of the device for one tree, median over frames full of trees" },
-  { name: "time, 95 %", unit: "ms", value: (row) => row.cost.ms_p95, show: digits, meaning: "95 % of the frames took this or less, per tree" },
+  { name: "time", unit: "ms", value: (row) => row.cost.ms, show: fixed(4), meaning: "milliseconds of the device for one tree, median over frames full of trees" },
+  { name: "time, 95 %", unit: "ms", value: (row) => row.cost.ms_p95, show: fixed(4), meaning: "95 % of the frames took this or less, per tree" },
   { name: "triangles", value: (row) => row.cost.triangles, show: whole, meaning: "triangles of one tree" },
   { name: "draw calls", value: (row) => row.cost.draw_calls, show: whole, meaning: "draw calls of any number of trees" },
   { name: "textures", value: (row) => row.cost.texture_bytes, show: bytes, meaning: "bytes on the device of the pictures seen at that distance, with all their smaller sizes" },

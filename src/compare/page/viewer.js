@@ -128,7 +128,7 @@ function showSheet() {
   const head = element("tr", {}, element("th", { scope: "col" }, "Method"), ...elevationsDeg.map((deg) => element("th", { scope: "col", style: "text-align:center" }, `${deg}°`)));
   const line = ([method, name]) => element("tr", {}, element("th", { scope: "row" }, name), ...elevationsDeg.map((deg) => cell(method, deg)));
   const caption = `Methods by elevation, the tree ${distanceName(heightPx)}`;
-  const made = element("table", {}, element("caption", {}, caption), element("thead", {}, head), element("tbody", {}, ...shownMethods.map(line)));
+  const made = element("table", { "aria-label": caption }, element("thead", {}, head), element("tbody", {}, ...shownMethods.map(line)));
   byId("sheet-table").replaceChildren(scrolling(caption, made));
 }
 
