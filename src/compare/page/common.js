@@ -2,7 +2,7 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const { columns, pictures, elevations } = data;
 const { views, suns } = data.identity.plan;
-const heights = [...data.identity.plan.heights_px].sort((a, b) => b - a);
+const heights = [...new Set(data.identity.plan.heights_px)].sort((a, b) => b - a);
 const elevationsDeg = [...new Set(views.map((view) => view.elevation_deg))].sort((a, b) => a - b);
 const compared = data.methods.filter((run) => run.rows.length > 0);
 const rows = compared.flatMap((run) => run.rows);
