@@ -154,5 +154,17 @@ fn one(
         last.set(progress.done);
     })?;
     bar.finish_and_clear();
-    compare::page::write(folder, &comparison, &identity, params.max_flip, params.cost)
+    let asked = compare::page::Asked { max_flip: params.max_flip, cost: params.cost, command: &command_line() };
+    compare::page::write(folder, &comparison, &identity, asked)
+}
+
+/// The command line as it can be typed again.
+fn command_line() -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./,:=+@%".contains(c);
+    let quoted = |word: String| match word {
+        word if !word.is_empty() && word.chars().all(plain) => word,
+        word => format!("'{}'", word.replace('\'', "'\\''")),
+    };
+    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    ["sphereboard".to_owned()].into_iter().chain(words).collect::<Vec<_>>().join(" ")
 }

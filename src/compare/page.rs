@@ -1,38 +1,129 @@
-//! The report of a comparison: `report.html`, `report.json` and `cells.csv`.
+//! The report of a comparison: `report.html` (one page that needs nothing but itself and the pictures beside it), `report.json` (what is
+//! embedded in it, byte for byte) and `cells.csv` (every picture's errors, which the page shows as means only).
+//!
+//! ```text
+//! Comparison ─┬▶ Report ──▶ JSON ─┬▶ report.json
+//!             │                   └▶ page/report.html ◀── page/*.css, page/*.js
+//!             └▶ cells.csv
+//! ```
+
+mod digest;
 
 use std::path::{Path, PathBuf};
 
+use minijinja::{AutoEscape, Environment, Value, context};
 use serde::Serialize;
 
+use crate::metrics::PIXELS_PER_DEGREE;
+use crate::repr::REFERENCE_FOCAL_PX;
 use crate::{Error, Result, files};
 
 use super::answer::{Band, CostKind, bands, chain};
-use super::{COLUMNS, Column, Comparison, Identity, Row};
+use super::{BACKGROUNDS, COLUMNS, Column, Comparison, Identity, MethodRun, Row, TRUTH};
+use digest::{Loss, OfElevation, Picture};
+
+/// Words and places of the page; everything else is drawn by its scripts from the data.
+const TEMPLATE: &str = include_str!("page/report.html");
+const STYLE: &str = include_str!("page/style.css");
+/// One script after the other, in one scope.
+const SCRIPT: &str = concat!(
+    include_str!("page/common.js"),
+    include_str!("page/tables.js"),
+    include_str!("page/plots.js"),
+    include_str!("page/viewer.js"),
+    include_str!("page/page.js")
+);
+
+/// What was asked of a comparison beyond what is looked at.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked<'a> {
+    /// Mean FLIP up to which a stand-in is good enough.
+    pub max_flip: f64,
+    /// What cheap means.
+    pub cost: CostKind,
+    /// The command line that makes this page.
+    pub command: &'a str,
+}
 
 /// Everything that the page shows.
 #[derive(Serialize)]
 struct Report<'a> {
     identity: &'a Identity,
+    command: &'a str,
     max_flip: f64,
     cost: CostKind,
+    /// A tree that stands `d` of its heights away is `focal_px / d` pixels high.
+    focal_px: f32,
+    pixels_per_degree: f32,
+    backgrounds: [[u8; 3]; 2],
+    source: &'a str,
+    height_m: f32,
+    truth: &'static str,
+    ours: &'static str,
     bands: Vec<Band>,
     chain: Vec<(String, Option<String>, f32)>,
+    losses: Vec<Loss>,
     columns: &'static [Column],
-    comparison: &'a Comparison,
+    pictures: Vec<Picture>,
+    elevations: Vec<OfElevation>,
+    methods: &'a [MethodRun],
 }
 
 /// Writes it; gives where the page is.
 ///
 /// # Errors
 /// Those of [`files::write_all`].
-pub fn write(folder: &Path, comparison: &Comparison, identity: &Identity, max_flip: f64, cost: CostKind) -> Result<PathBuf> {
-    let rows: Vec<Row> = comparison.methods.iter().flat_map(|run| run.rows.iter().cloned()).collect();
-    let bands = bands(&rows, max_flip, cost);
-    let report = Report { identity, max_flip, cost, chain: chain(&bands), bands, columns: COLUMNS, comparison };
-    let json = serde_json::to_vec_pretty(&report).map_err(|e| Error::Internal { stage: "compare::page", what: e.to_string() })?;
-    let page = folder.join("report.json");
-    files::write_all(&[(page.clone(), json), (folder.join("cells.csv"), cells(comparison))])?;
+pub fn write(folder: &Path, comparison: &Comparison, identity: &Identity, asked: Asked) -> Result<PathBuf> {
+    let json = data(comparison, identity, asked)?;
+    let page = folder.join("report.html");
+    let html = html(&comparison.source, &json)?;
+    files::write_all(&[
+        (folder.join("report.json"), json.into_bytes()),
+        (folder.join("cells.csv"), cells(comparison)),
+        (page.clone(), html.into_bytes()),
+    ])?;
     Ok(page)
+}
+
+/// The data as JSON that can stand within HTML: no `<` ends the element that it stands in.
+fn data(comparison: &Comparison, identity: &Identity, asked: Asked) -> Result<String> {
+    let rows: Vec<Row> = comparison.methods.iter().flat_map(|run| run.rows.iter().cloned()).collect();
+    let bands = bands(&rows, asked.max_flip, asked.cost);
+    let elevations = digest::by_elevation(comparison);
+    let report = Report {
+        identity,
+        command: asked.command,
+        max_flip: asked.max_flip,
+        cost: asked.cost,
+        focal_px: REFERENCE_FOCAL_PX,
+        pixels_per_degree: PIXELS_PER_DEGREE,
+        backgrounds: BACKGROUNDS,
+        source: &comparison.source,
+        height_m: comparison.height_m,
+        truth: TRUTH,
+        ours: digest::OURS,
+        chain: chain(&bands),
+        bands,
+        losses: digest::losses(&rows, &elevations),
+        columns: COLUMNS,
+        pictures: digest::pictures(&comparison.plan),
+        elevations,
+        methods: &comparison.methods,
+    };
+    // Outside of strings JSON has no `<`.
+    serde_json::to_string(&report).map(|json| json.replace('<', "\\u003c")).map_err(internal)
+}
+
+fn html(source: &str, json: &str) -> Result<String> {
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    let safe = |text: &str| Value::from_safe_string(text.to_owned());
+    let parts = context! { source, style => safe(STYLE), script => safe(SCRIPT), data => safe(json) };
+    environment.render_str(TEMPLATE, parts).map_err(internal)
+}
+
+fn internal(cause: impl std::fmt::Display) -> Error {
+    Error::Internal { stage: "compare::page", what: cause.to_string() }
 }
 
 /// A line per picture.
@@ -48,3 +139,6 @@ fn cells(comparison: &Comparison) -> Vec<u8> {
     text.push('\n');
     text.into_bytes()
 }
+
+#[cfg(test)]
+mod tests;

@@ -73,9 +73,12 @@ impl Plan {
         let of_elevation = |&elevation_deg: &f32| {
             azimuths().map(move |azimuth| View { azimuth_deg: turned(azimuth), elevation_deg }).collect::<Vec<_>>()
         };
+        let mut heights_px: Vec<f32> = heights.iter().map(|part| (part * largest).max(8.0)).collect();
+        // Of a small tree several would be the least.
+        heights_px.dedup();
         Self {
             views: elevations.iter().flat_map(of_elevation).collect(),
-            heights_px: heights.iter().map(|part| (part * largest).max(8.0)).collect(),
+            heights_px,
             suns: SUNS[..suns].to_vec(),
         }
     }
@@ -118,6 +121,7 @@ mod tests {
         assert_eq!(plan.heights_px, [512.0, 256.0, 128.0, 64.0, 32.0, 16.0]);
         assert_eq!((plan.views.len(), plan.suns.len(), plan.pictures()), (40, 2, 480));
         assert_eq!(Plan::new(Profile::Full, Views::Dense, 512).views.len(), 120);
+        assert_eq!(Plan::new(Profile::Quick, Views::Default, 64).heights_px, [32.0, 8.0]);
     }
 
     #[test]

@@ -280,7 +280,12 @@ pub fn is_kept(plan: &Plan, view_number: usize) -> bool {
 
 /// Where the picture of a look lies within the folder of a comparison.
 pub fn picture_path(method: &str, view: View, height_px: f32, sun: usize) -> String {
-    format!("pictures/{method}/e{:.0}_h{height_px:.0}_s{sun}.png", view.elevation_deg)
+    format!("pictures/{method}/{}", picture_file(view, height_px, sun))
+}
+
+/// Its name within the method's folder.
+pub fn picture_file(view: View, height_px: f32, sun: usize) -> String {
+    format!("e{:.0}_h{height_px:.0}_s{sun}.png", view.elevation_deg)
 }
 
 fn keep_picture(request: &Request, method: &str, look: &Look, seen: &Seen) -> Result<()> {

@@ -1,0 +1,89 @@
+// Tables: plain ones, and those that sort by a press on a column's head.
+
+/** `columns`: { name, unit, meaning, value(row), show(value), text }; the first names the row. */
+function table(caption, columns, rows, mark = () => null) {
+  const cell = (column, row, i) => {
+    const value = column.value(row);
+    const shown = column.show ? column.show(value) : value;
+    return i === 0 ? element("th", { scope: "row" }, shown) : element("td", { class: mark(column, row) ?? (column.text ? "text" : null) }, shown);
+  };
+  const line = (row) => element("tr", {}, ...columns.map((column, i) => cell(column, row, i)));
+  const heads = columns.map((column) =>
+    element("th", { scope: "col", class: column.text ? "text" : null, title: column.meaning },
+      column.name, column.unit ? element("span", { class: "unit" }, ` ${column.unit}`) : null));
+  const body = element("tbody", {}, ...rows.map(line));
+  const made = element("table", { "aria-label": caption }, element("thead", {}, element("tr", {}, ...heads)), body);
+  return { made, heads, body, line };
+}
+
+function plainTable(caption, columns, rows, mark) {
+  return scrolling(caption, table(caption, columns, rows, mark).made);
+}
+
+/** The same, sorted by `first` to begin with. */
+function sortable(caption, columns, rows, first, mark) {
+  const { made, heads, body, line } = table(caption, columns, rows, mark);
+  let [by, up] = [-1, true];
+  const order = (a, b) => {
+    const [x, y] = [a, b].map((row) => columns[by].value(row));
+    if (typeof x === "string" || typeof y === "string") return (up ? 1 : -1) * String(x).localeCompare(String(y));
+    // What has no figure comes last in both orders.
+    if (number(x) !== number(y)) return number(x) ? -1 : 1;
+    return number(x) ? (up ? x - y : y - x) : 0;
+  };
+  const sort = (column) => {
+    up = column === by ? !up : true;
+    by = column;
+    heads.forEach((head, i) => (i === by ? head.setAttribute("aria-sort", up ? "ascending" : "descending") : head.removeAttribute("aria-sort")));
+    body.replaceChildren(...[...rows].sort(order).map(line));
+  };
+  heads.forEach((head, i) => head.replaceChildren(element("button", { type: "button", onclick: () => sort(i) }, ...head.childNodes)));
+  sort(first);
+  return scrolling(caption, made);
+}
+
+const rowName = { name: "Method", value: (row) => methodName(row.method, row.level), text: true, meaning: "the method, and its level of detail where one was told; else it draws the one that belongs there" };
+const costColumns = [
+  rowName,
+  { name: "time", unit: "ms", value: (row) => row.cost.ms, show: fixed(4), meaning: "milliseconds of the device for one tree, median over frames full of trees" },
+  { name: "time, 95 %", unit: "ms", value: (row) => row.cost.ms_p95, show: fixed(4), meaning: "95 % of the frames took this or less, per tree" },
+  { name: "triangles", value: (row) => row.cost.triangles, show: whole, meaning: "triangles of one tree" },
+  { name: "draw calls", value: (row) => row.cost.draw_calls, show: whole, meaning: "draw calls of any number of trees" },
+  { name: "textures", value: (row) => row.cost.texture_bytes, show: bytes, meaning: "bytes on the device of the pictures seen at that distance, with all their smaller sizes" },
+  { name: "geometry", value: (row) => row.cost.geometry_bytes, show: bytes, meaning: "bytes on the device of the vertices and triangles seen at that distance" },
+  { name: "overdraw", unit: "×", value: (row) => row.cost.overdraw, show: digits, meaning: "area of all triangles as seen over the area covered: how often a pixel is shaded at most" },
+];
+const errorColumns = [
+  rowName,
+  ...columns.map((column) => ({ name: column.name, unit: column.unit, value: (row) => errorOf(row.error, column.id), show: errorPlaces(column.id), meaning: column.meaning, id: column.id })),
+];
+const methodColumns = [
+  { name: "Method", value: (run) => methodName(run.method), text: true, meaning: "the method" },
+  { name: "build", unit: "ms", value: (run) => run.build_ms, show: whole, meaning: "milliseconds to build it from the tree" },
+  { name: "memory", value: (run) => run.memory_bytes, show: bytes, meaning: "bytes on the device of all its textures and geometry, all levels" },
+  { name: "file", value: (run) => run.disk_bytes || NaN, show: bytes, meaning: "bytes of its GLB file; – where none was written" },
+  { name: "levels", value: (run) => run.levels.length, show: whole, meaning: "levels of detail" },
+  { name: "flicker", value: (run) => run.motion.flicker, show: fixed(3), meaning: "mean FLIP from one frame to the next while the viewer walks round the tree in steps of 2°; hold it against that of the tree itself in the same table" },
+  { name: "popping", value: (run) => run.motion.popping, show: fixed(2), meaning: "the largest step while the viewer moves away, over the median of the steps around it; up to 2 nothing jumps" },
+];
+
+function showTables() {
+  const heightPx = Number(byId("costs-height").value);
+  const here = rows.filter((row) => row.height_px === heightPx && !row.failed);
+  const least = (column) => Math.min(...here.filter((row) => row.method !== data.truth).map(column.value).filter(number));
+  const best = errorColumns.slice(1).map((column) => [column, least(column)]);
+  const mark = (column, row) => (best.some(([of, value]) => of === column && row.method !== data.truth && of.value(row) === value) ? "good" : null);
+  byId("costs-table").replaceChildren(sortable(`Cost where the tree is ${distanceName(heightPx)}`, costColumns, here, 1));
+  byId("errors-table").replaceChildren(
+    sortable(`Mean errors over all views and suns where the tree is ${distanceName(heightPx)}; 0 is perfect, the least of each column is marked`, errorColumns, here, 1, mark));
+}
+
+function startTables() {
+  choices(byId("costs-height"), heightChoices);
+  byId("costs-height").addEventListener("change", showTables);
+  showTables();
+  byId("methods-table").replaceChildren(sortable("All levels and distances together", methodColumns, compared, 0));
+  const named = [...costColumns.slice(1), ...errorColumns.slice(1), ...methodColumns.slice(1)];
+  byId("glossary").replaceChildren(
+    ...named.flatMap((column) => [element("dt", {}, column.unit ? `${column.name} (${column.unit})` : column.name), element("dd", {}, column.meaning)]));
+}

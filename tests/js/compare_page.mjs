@@ -1,0 +1,135 @@
+// The report page of a comparison in headless Chromium, from disk: `node compare_page.mjs DIR [SHOTS]`, DIR as `sphereboard compare --out`
+// left it, with two methods at least. Screenshots go to the folder SHOTS. DIR is as before when this ends.
+// Exits 1 when something is wrong, 3 when there is no Chromium.
+import { existsSync, mkdirSync, readFileSync, renameSync } from "node:fs";
+import { join, resolve } from "node:path";
+import { pathToFileURL } from "node:url";
+import { chromium } from "playwright-core";
+
+const [folder, shots] = process.argv.slice(2);
+if (!folder) {
+  console.error("expected a comparison's folder, but none was given; usage: node compare_page.mjs DIR [SHOTS]");
+  process.exit(2);
+}
+const candidates = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+const executablePath = candidates.find((path) => path && existsSync(path));
+if (!executablePath) {
+  console.error("SKIPPED: there is no Chromium; install Debian's package chromium, or name another with CHROMIUM=path");
+  process.exit(3);
+}
+const data = JSON.parse(readFileSync(join(folder, "report.json"), "utf8"));
+const address = pathToFileURL(join(resolve(folder), "report.html")).href;
+
+let faults = 0;
+function expect(holds, what) {
+  console.log(`${holds ? "ok" : "WRONG"}: ${what}`);
+  if (!holds) faults += 1;
+}
+
+/** Opens the page and hears everything that it complains of or asks for. */
+async function open(browser, options) {
+  const page = await (await browser.newContext(options)).newPage();
+  const heard = { complaints: [], foreign: [] };
+  page.on("pageerror", (error) => heard.complaints.push(error.message));
+  page.on("console", (message) => ["error", "warning"].includes(message.type()) && heard.complaints.push(message.text()));
+  page.on("request", (request) => /^(file|data):/.test(request.url()) || heard.foreign.push(request.url()));
+  await page.goto(address);
+  await page.waitForLoadState("load");
+  return { page, heard };
+}
+
+async function whole(browser) {
+  const { page, heard } = await open(browser, { viewport: { width: 1280, height: 900 } });
+  const compared = data.methods.filter((run) => run.rows.length > 0);
+  expect((await page.locator("#pareto-plots svg").count()) === 2 * data.identity.plan.heights_px.length, "plots of error against bytes and milliseconds for each distance");
+  const names = await page.locator("#costs-table tbody th").allTextContents();
+  expect(compared.every((run) => names.some((name) => name.startsWith(run.method))), "every method is in the table of costs");
+  expect((await page.locator("#loss-lead").textContent()).length > 40, "it is said where the sphere-board loses");
+
+  const clip = () => page.locator("#frame-b").evaluate((frame) => getComputedStyle(frame).clipPath);
+  const before = await clip();
+  await page.locator("#swipe").focus();
+  for (let i = 0; i < 20; i += 1) await page.keyboard.press("ArrowRight");
+  expect(before.includes("50%") && (await clip()).includes("70%"), "the swipe moves by keyboard");
+
+  const shown = () => page.locator("#stage").evaluate((stage) => [stage.dataset.mode, stage.dataset.shown].join(" "));
+  await page.keyboard.press("f");
+  const first = await shown();
+  await page.keyboard.press("f");
+  expect(first === "flip b" && (await shown()) === "flip a", "the key F flips");
+
+  await page.locator('input[value="difference"]').check();
+  const [truth, other] = [compared[0].method, compared[1].method];
+  await page.locator("#pick-b").selectOption(other);
+  await page.waitForFunction(() => document.getElementById("difference").width > 16);
+  // A page from disk may not read its pictures' pixels back, a screenshot may show them.
+  const picture = async () => (await page.locator("#difference").screenshot()).toString("base64");
+  const unlike = await picture();
+  await page.locator("#pick-b").selectOption("truth");
+  await page.waitForTimeout(300);
+  expect(unlike !== (await picture()), "the difference of a method and the truth is another than that of the truth and itself");
+
+  const sorted = page.locator("#costs-table th", { hasText: "triangles" });
+  const column = () => page.locator("#costs-table tbody tr").evaluateAll((lines) => lines.map((line) => Number(line.children[3].textContent.replaceAll(",", ""))));
+  const ordered = (values, sign) => values.every((value, i) => i === 0 || sign * (value - values[i - 1]) >= 0);
+  await sorted.locator("button").click();
+  expect(ordered(await column(), 1) && (await sorted.getAttribute("aria-sort")) === "ascending", "a click sorts");
+  await sorted.locator("button").focus();
+  await page.keyboard.press("Enter");
+  expect(ordered(await column(), -1) && (await sorted.getAttribute("aria-sort")) === "descending", "a key turns the order round");
+
+  const chip = page.locator(`#chips button[data-method="${truth}"]`);
+  const pressed = await chip.getAttribute("aria-pressed");
+  await chip.click();
+  expect((await chip.getAttribute("aria-pressed")) !== pressed, "a method takes a colour or loses it");
+  expect(heard.complaints.length === 0, `nothing is complained of ${heard.complaints.join("; ")}`);
+  expect(heard.foreign.length === 0, `nothing is fetched ${heard.foreign.join(" ")}`);
+}
+
+async function withoutPicture(browser) {
+  const { method } = data.methods.find((run) => run.rows.length > 0 && run.method !== data.truth);
+  const [gone, kept] = ["", ".away"].map((end) => join(folder, "pictures", method, data.pictures[0].file + end));
+  renameSync(gone, kept);
+  try {
+    const { page, heard } = await open(browser, { viewport: { width: 1280, height: 900 } });
+    const { elevation_deg, height_px, sun } = data.pictures[0];
+    await page.locator("#pick-elevation").selectOption(String(elevation_deg));
+    await page.locator("#pick-height").selectOption(String(height_px));
+    await page.locator("#pick-sun").selectOption(String(sun));
+    await page.locator("#pick-b").selectOption(method);
+    await page.waitForSelector("#viewer-missing:not([hidden])", { timeout: 5000 });
+    expect((await page.locator("#viewer-missing").textContent()).includes(data.pictures[0].file), "a picture that is missing is named");
+    await page.locator("#sheet").scrollIntoViewIfNeeded();
+    await page.waitForSelector("#sheet-table .missing", { timeout: 5000 });
+    expect((await page.locator("#costs-table tbody tr").count()) > 1, "the rest of the page stands");
+    const thrown = heard.complaints.filter((text) => !text.includes("ERR_FILE_NOT_FOUND"));
+    expect(thrown.length === 0, `nothing but the missing file is complained of ${thrown.join("; ")}`);
+  } finally {
+    renameSync(kept, gone);
+  }
+}
+
+/** Nothing is wider than the screen, in any dress; screenshots are to be looked at. */
+async function dresses(browser) {
+  for (const [name, width, colorScheme] of [["desktop", 1280, "light"], ["dark", 1280, "dark"], ["phone", 390, "light"]]) {
+    const { page } = await open(browser, { viewport: { width, height: 900 }, colorScheme });
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    expect(wide <= width, `${name}: the page is ${wide} px wide on a screen of ${width} px`);
+    if (!shots) continue;
+    mkdirSync(shots, { recursive: true });
+    for (const image of await page.locator("#sheet-table img").all()) await image.evaluate((made) => (made.loading = "eager"));
+    await page.waitForTimeout(500);
+    await page.screenshot({ path: join(shots, `${name}.png`), fullPage: true });
+    if (name === "desktop") await page.pdf({ path: join(shots, "print.pdf"), format: "A4" });
+  }
+}
+
+const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
+try {
+  await whole(browser);
+  await withoutPicture(browser);
+  await dresses(browser);
+} finally {
+  await browser.close();
+}
+process.exit(faults > 0 ? 1 : 0);
