@@ -39,7 +39,7 @@ const LEAST_WEIGHT: f64 = 1e-6;
 
 /// The sum of squared distances from planes, each weighted by the square root of its triangle's area, as meshoptimizer has it: by
 /// area itself, all twigs would go before a trunk loses a corner.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Quadric {
     square: DMat3,
     linear: DVec3,
@@ -48,6 +48,9 @@ struct Quadric {
 }
 
 impl Quadric {
+    /// Of no planes. A matrix's default would be the identity: three planes through the origin.
+    const NONE: Self = Self { square: DMat3::ZERO, linear: DVec3::ZERO, constant: 0.0, weight: 0.0 };
+
     fn of_plane(at: DVec3, normal: DVec3, weight: f64) -> Self {
         let offset = -normal.dot(at);
         let square = DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
@@ -371,7 +374,7 @@ impl<'a> Collapser<'a> {
 
 /// For each place the planes of its triangles, and at the edges of open meshes planes across them.
 fn quadrics(wood: &Wood) -> Vec<Quadric> {
-    let mut quadrics = vec![Quadric::default(); wood.places.len()];
+    let mut quadrics = vec![Quadric::NONE; wood.places.len()];
     let edge_is_open = |a: u32, b: u32| wood.around[a as usize].iter().filter(|&&t| wood.corners(t).contains(&b)).count() == 1;
     for triangle in 0..wood.triangles.len() as u32 {
         let (corners, points) = (wood.corners(triangle), wood.points(triangle).map(|p| p.as_dvec3()));
@@ -390,4 +393,18 @@ fn quadrics(wood: &Wood) -> Vec<Quadric> {
         }
     }
     quadrics
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quadric_is_the_distance_from_its_planes_and_from_nothing_else() {
+        let at = DVec3::new(3.0, -2.0, 5.0);
+        let planes = [DVec3::X, DVec3::new(0.0, 0.6, 0.8)].map(|normal| Quadric::of_plane(at, normal, 0.25));
+        let sum = planes.into_iter().fold(Quadric::NONE, Quadric::plus);
+        assert!(sum.mean_m(at.as_vec3()) < 1e-6, "a point on all planes is off none");
+        assert!((sum.mean_m(at.as_vec3() + Vec3::X) - 0.5f32.sqrt()).abs() < 1e-6, "one metre from one plane of two that weigh the same");
+    }
 }
