@@ -405,6 +405,9 @@ mod tests {
         let planes = [DVec3::X, DVec3::new(0.0, 0.6, 0.8)].map(|normal| Quadric::of_plane(at, normal, 0.25));
         let sum = planes.into_iter().fold(Quadric::NONE, Quadric::plus);
         assert!(sum.mean_m(at.as_vec3()) < 1e-6, "a point on all planes is off none");
-        assert!((sum.mean_m(at.as_vec3() + Vec3::X) - 0.5f32.sqrt()).abs() < 1e-6, "one metre from one plane of two that weigh the same");
+        assert!(
+            (sum.mean_m(at.as_vec3() + Vec3::X) - 0.5f32.sqrt()).abs() < 1e-6,
+            "one metre from one plane of two that weigh the same"
+        );
     }
 }
