@@ -34,6 +34,9 @@ const MOST_STRETCH: f32 = 4.0;
 /// How much the edge of an open mesh counts, beside its triangles.
 const EDGE_WEIGHT: f64 = 4.0;
 
+/// How much the width that a collapse adds counts, beside its distance from planes.
+const SWELL_WEIGHT: f32 = 1.0;
+
 /// The least weight that a sum is divided by, metres: slivers weigh next to nothing.
 const LEAST_WEIGHT: f64 = 1e-6;
 
@@ -192,8 +195,29 @@ impl<'a> Collapser<'a> {
     /// What a collapse costs: [`Waiting::cost`].
     fn cost(&self, from: u32, to: u32) -> u32 {
         let off_m = self.quadrics[from as usize].mean_m(self.wood.places[to as usize]);
-        let all_m = if self.ends(from, to) { self.length_m(self.wood.piece_of[from as usize]) } else { 0.0 };
-        off_m.max(all_m).to_bits()
+        let cost_m = if self.ends(from, to) {
+            let piece = self.wood.piece_of[from as usize];
+            off_m.max((self.length_m(piece) * self.wood.thickness_m[piece as usize]).sqrt())
+        } else {
+            off_m + SWELL_WEIGHT * self.swell_m(from, to)
+        };
+        cost_m.to_bits()
+    }
+
+    /// How much wider a collapse makes the surface, along the longest edge there: planes do not tell a web across a branch's bend from a
+    /// branch, as they go on without end.
+    fn swell_m(&self, from: u32, to: u32) -> f32 {
+        let area = |[a, b, c]: Corners| 0.5 * (b - a).cross(c - a).length();
+        let edge = |[a, b, c]: Corners| a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let (mut more_m2, mut longest_m) = (0.0, 0.0f32);
+        for &triangle in &self.wood.around[from as usize] {
+            more_m2 -= area(self.wood.points(triangle));
+            if let Some(corners) = self.moved(triangle, from, to) {
+                more_m2 += area(corners);
+                longest_m = longest_m.max(edge(corners));
+            }
+        }
+        if more_m2 > 0.0 { more_m2 / longest_m } else { 0.0 }
     }
 
     /// How far what is left of a branch reaches from its foot.
