@@ -34,12 +34,15 @@ const MOST_STRETCH: f32 = 4.0;
 /// How much the edge of an open mesh counts, beside its triangles.
 const EDGE_WEIGHT: f64 = 4.0;
 
+/// How much the width that a collapse adds counts, beside its distance from planes.
+const SWELL_WEIGHT: f32 = 1.0;
+
 /// The least weight that a sum is divided by, metres: slivers weigh next to nothing.
 const LEAST_WEIGHT: f64 = 1e-6;
 
 /// The sum of squared distances from planes, each weighted by the square root of its triangle's area, as meshoptimizer has it: by
 /// area itself, all twigs would go before a trunk loses a corner.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Quadric {
     square: DMat3,
     linear: DVec3,
@@ -48,6 +51,9 @@ struct Quadric {
 }
 
 impl Quadric {
+    /// Of no planes. A matrix's default would be the identity: three planes through the origin.
+    const NONE: Self = Self { square: DMat3::ZERO, linear: DVec3::ZERO, constant: 0.0, weight: 0.0 };
+
     fn of_plane(at: DVec3, normal: DVec3, weight: f64) -> Self {
         let offset = -normal.dot(at);
         let square = DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
@@ -189,8 +195,29 @@ impl<'a> Collapser<'a> {
     /// What a collapse costs: [`Waiting::cost`].
     fn cost(&self, from: u32, to: u32) -> u32 {
         let off_m = self.quadrics[from as usize].mean_m(self.wood.places[to as usize]);
-        let all_m = if self.ends(from, to) { self.length_m(self.wood.piece_of[from as usize]) } else { 0.0 };
-        off_m.max(all_m).to_bits()
+        let cost_m = if self.ends(from, to) {
+            let piece = self.wood.piece_of[from as usize];
+            off_m.max((self.length_m(piece) * self.wood.thickness_m[piece as usize]).sqrt())
+        } else {
+            off_m + SWELL_WEIGHT * self.swell_m(from, to)
+        };
+        cost_m.to_bits()
+    }
+
+    /// How much wider a collapse makes the surface, along the longest edge there: planes do not tell a web across a branch's bend from a
+    /// branch, as they go on without end.
+    fn swell_m(&self, from: u32, to: u32) -> f32 {
+        let area = |[a, b, c]: Corners| 0.5 * (b - a).cross(c - a).length();
+        let edge = |[a, b, c]: Corners| a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let (mut more_m2, mut longest_m) = (0.0, 0.0f32);
+        for &triangle in &self.wood.around[from as usize] {
+            more_m2 -= area(self.wood.points(triangle));
+            if let Some(corners) = self.moved(triangle, from, to) {
+                more_m2 += area(corners);
+                longest_m = longest_m.max(edge(corners));
+            }
+        }
+        if more_m2 > 0.0 { more_m2 / longest_m } else { 0.0 }
     }
 
     /// How far what is left of a branch reaches from its foot.
@@ -371,7 +398,7 @@ impl<'a> Collapser<'a> {
 
 /// For each place the planes of its triangles, and at the edges of open meshes planes across them.
 fn quadrics(wood: &Wood) -> Vec<Quadric> {
-    let mut quadrics = vec![Quadric::default(); wood.places.len()];
+    let mut quadrics = vec![Quadric::NONE; wood.places.len()];
     let edge_is_open = |a: u32, b: u32| wood.around[a as usize].iter().filter(|&&t| wood.corners(t).contains(&b)).count() == 1;
     for triangle in 0..wood.triangles.len() as u32 {
         let (corners, points) = (wood.corners(triangle), wood.points(triangle).map(|p| p.as_dvec3()));
@@ -390,4 +417,21 @@ fn quadrics(wood: &Wood) -> Vec<Quadric> {
         }
     }
     quadrics
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quadric_is_the_distance_from_its_planes_and_from_nothing_else() {
+        let at = DVec3::new(3.0, -2.0, 5.0);
+        let planes = [DVec3::X, DVec3::new(0.0, 0.6, 0.8)].map(|normal| Quadric::of_plane(at, normal, 0.25));
+        let sum = planes.into_iter().fold(Quadric::NONE, Quadric::plus);
+        assert!(sum.mean_m(at.as_vec3()) < 1e-6, "a point on all planes is off none");
+        assert!(
+            (sum.mean_m(at.as_vec3() + Vec3::X) - 0.5f32.sqrt()).abs() < 1e-6,
+            "one metre from one plane of two that weigh the same"
+        );
+    }
 }

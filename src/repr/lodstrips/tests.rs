@@ -182,6 +182,7 @@ fn beside_plain_simplification() {
     assert!(compared.levels[0].iter().all(|of| of.hausdorff_m < 1e-4), "level 0 is the surface itself");
     for [ours, theirs] in &compared.levels[1..] {
         assert!(ours.triangles.abs_diff(theirs.triangles) < ours.triangles / 4 + 8);
+        assert!(ours.mean_m <= 2.0 * theirs.mean_m + 1e-4, "{ours:?} is much worse than {theirs:?}");
     }
 }
 
