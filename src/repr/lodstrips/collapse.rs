@@ -197,7 +197,8 @@ impl<'a> Collapser<'a> {
         let off_m = self.quadrics[from as usize].mean_m(self.wood.places[to as usize]);
         let cost_m = if self.ends(from, to) {
             let piece = self.wood.piece_of[from as usize];
-            off_m.max((self.length_m(piece) * self.wood.thickness_m[piece as usize]).sqrt())
+            // Half the side of the square that it covers: a thin one is missed less than a thick one of its length.
+            off_m.max(0.5 * (self.length_m(piece) * self.wood.thickness_m[piece as usize]).sqrt())
         } else {
             off_m + SWELL_WEIGHT * self.swell_m(from, to)
         };

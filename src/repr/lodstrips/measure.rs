@@ -19,10 +19,12 @@ pub struct Measured {
     pub triangles: usize,
     /// How long going there takes: from the level before, or by simplifying anew.
     pub ms: f64,
-    /// Largest distance of a sample of the original surface from this one, metres.
+    /// Largest distance of a sample of either surface, the original and this one, from the other, metres.
     pub hausdorff_m: f32,
     /// Mean of these distances.
     pub mean_m: f32,
+    /// Mean distance of a sample of this surface from the original: webs across bends stand off it.
+    pub swell_m: f32,
 }
 
 /// The two side by side.
@@ -41,12 +43,12 @@ pub struct Comparison {
 /// Samples of the surface that distances are measured from.
 const SAMPLES: usize = 4096;
 
-/// Measures both on one surface. Both only ever use vertices of the original, so that distances from it to them are what counts.
+/// Measures both on one surface.
 pub fn compare(surface: &Surface, seed: Seed) -> Comparison {
     let begun = Instant::now();
     let model = Lodstrips::of(surface);
     let build_ms = ms_since(begun);
-    let samples = samples(surface, seed);
+    let original = corners(surface, &surface.mesh.triangulated().collect::<Vec<_>>());
     let mut extraction = model.extraction();
     let indices: Vec<u32> = surface.mesh.triangulated().flatten().collect();
     let places: Vec<[f32; 3]> = surface.mesh.positions.iter().map(Vec3::to_array).collect();
@@ -57,13 +59,13 @@ pub fn compare(surface: &Surface, seed: Seed) -> Comparison {
         extraction.go_to(level);
         let ms = ms_since(begun);
         let triangles = extraction.triangles();
-        let ours = measured(&samples, &model.surface, &triangles, ms);
+        let ours = measured(&original, &corners(&model.surface, &triangles), ms, seed);
         let begun = Instant::now();
         let options = SimplifyOptions::Permissive | SimplifyOptions::Prune;
         let theirs = simplify_decoder(&indices, &places, 3 * triangles.len(), f32::MAX, options, None);
         let ms = ms_since(begun);
         indexed_bytes += 4 * theirs.len();
-        [ours, measured(&samples, surface, theirs.as_chunks().0, ms)]
+        [ours, measured(&original, &corners(surface, theirs.as_chunks().0), ms, seed)]
     });
     let levels = levels.collect();
     Comparison { build_ms, lodstrips_bytes: model.bytes(), indexed_bytes, levels }
@@ -73,17 +75,25 @@ fn ms_since(begun: Instant) -> f64 {
     begun.elapsed().as_secs_f64() * 1e3
 }
 
-fn measured(samples: &[Vec3], surface: &Surface, triangles: &[[u32; 3]], ms: f64) -> Measured {
-    let corners: Vec<Corners> = triangles.iter().map(|t| t.map(|v| surface.mesh.positions[v as usize])).collect();
-    let off = |p: &Vec3| corners.iter().map(|t| nearest_on(*t, *p).distance_squared(*p)).fold(f32::MAX, f32::min).sqrt();
-    let all: Vec<f32> = samples.par_iter().map(off).collect();
-    let mean_m = all.iter().sum::<f32>() / all.len().max(1) as f32;
-    Measured { triangles: triangles.len(), ms, hausdorff_m: all.into_iter().fold(0.0, f32::max), mean_m }
+fn corners(surface: &Surface, triangles: &[[u32; 3]]) -> Vec<Corners> {
+    triangles.iter().map(|t| t.map(|v| surface.mesh.positions[v as usize])).collect()
+}
+
+fn measured(original: &[Corners], simplified: &[Corners], ms: f64, seed: Seed) -> Measured {
+    let [lost, swollen] = [[original, simplified], [simplified, original]].map(|[from, to]| distances(from, to, seed));
+    let mean = |all: &[f32]| all.iter().sum::<f32>() / all.len().max(1) as f32;
+    let hausdorff_m = lost.iter().chain(&swollen).copied().fold(0.0, f32::max);
+    Measured { triangles: simplified.len(), ms, hausdorff_m, mean_m: mean(&lost), swell_m: mean(&swollen) }
+}
+
+/// How far samples of one surface are from another, metres.
+fn distances(from: &[Corners], to: &[Corners], seed: Seed) -> Vec<f32> {
+    let off = |p: &Vec3| to.iter().map(|t| nearest_on(*t, *p).distance_squared(*p)).fold(f32::MAX, f32::min).sqrt();
+    samples(from, seed).par_iter().map(off).collect()
 }
 
 /// Points all over a surface, by area.
-fn samples(surface: &Surface, seed: Seed) -> Vec<Vec3> {
-    let triangles: Vec<Corners> = surface.mesh.triangulated().map(|t| t.map(|v| surface.mesh.positions[v as usize])).collect();
+fn samples(triangles: &[Corners], seed: Seed) -> Vec<Vec3> {
     let mut sum = 0.0;
     let until = |[a, b, c]: &Corners| {
         sum += f64::from((*b - *a).cross(*c - *a).length());

@@ -1,6 +1,7 @@
 //! Every level of a small tree is walked.
 
 use std::collections::BTreeMap;
+use std::f32::consts::{FRAC_PI_2, TAU};
 
 use glam::Vec3;
 use proptest::prelude::*;
@@ -183,6 +184,39 @@ fn beside_plain_simplification() {
     for [ours, theirs] in &compared.levels[1..] {
         assert!(ours.triangles.abs_diff(theirs.triangles) < ours.triangles / 4 + 8);
         assert!(ours.mean_m <= 2.0 * theirs.mean_m + 1e-4, "{ours:?} is much worse than {theirs:?}");
+        assert!(ours.swell_m <= 1.5 * theirs.swell_m + 1e-4, "webs stand off the surface: {ours:?}");
+    }
+}
+
+#[test]
+fn a_bent_twig_grows_no_web() {
+    // A quarter of a circle of a metre, a centimetre thick, with three sides.
+    let rings = 16u32;
+    let corner = |ring: u32, side: u32| {
+        let (along, round) = (ring as f32 / rings as f32 * FRAC_PI_2, side as f32 / 3.0 * TAU);
+        let out = Vec3::new(along.cos(), along.sin(), 0.0);
+        out * (1.0 + 0.005 * round.cos()) + Vec3::Z * (0.005 * round.sin())
+    };
+    let positions: Vec<Vec3> = (0..=rings).flat_map(|ring| (0..3).map(move |side| corner(ring, side))).collect();
+    let belt = |ring: u32| {
+        (0..3).flat_map(move |side| {
+            let [a, b] = [3 * ring + side, 3 * ring + (side + 1) % 3];
+            [[a, b, b + 3], [a, b + 3, a + 3]]
+        })
+    };
+    let end = 3 * rings;
+    let triangles: Vec<[u32; 3]> = (0..rings).flat_map(belt).chain([[2, 1, 0], [end, end + 1, end + 2]]).collect();
+    let normals = vec![Vec3::Z; positions.len()];
+    let model = Lodstrips::of(&Surface { normals, mesh: PolyMesh { positions, triangles, quads: vec![] }, ..Surface::default() });
+    let mut extraction = model.extraction();
+    let mut area = |level: usize| -> f32 {
+        extraction.go_to(level);
+        extraction.triangles().into_iter().map(|t| 0.5 * normal(&model.surface, t).length()).sum()
+    };
+    let whole = area(0);
+    for level in (0..model.levels.len()).take_while(|level| 4 * model.levels[*level].triangles >= model.levels[0].triangles) {
+        let left = area(level);
+        assert!(left < 1.3 * whole, "{left} m² of {whole} m² with {} triangles", model.levels[level].triangles);
     }
 }
 
