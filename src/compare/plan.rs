@@ -76,11 +76,7 @@ impl Plan {
         let mut heights_px: Vec<f32> = heights.iter().map(|part| (part * largest).max(8.0)).collect();
         // Of a small tree several would be the least.
         heights_px.dedup();
-        Self {
-            views: elevations.iter().flat_map(of_elevation).collect(),
-            heights_px,
-            suns: SUNS[..suns].to_vec(),
-        }
+        Self { views: elevations.iter().flat_map(of_elevation).collect(), heights_px, suns: SUNS[..suns].to_vec() }
     }
 
     /// Views from a file: a line `AZIMUTH ELEVATION` in degrees each; empty lines and lines that begin with `#` are left out.

@@ -13,8 +13,9 @@ function startAnswer() {
   byId("answer-lead").textContent = chain.length === 0
     ? `No method stays under a mean FLIP of ${data.max_flip} at any distance.`
     : chain.length === 1
-      ? `${chainText[0]} at every distance: the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`
+      ? `Draw ${chainText[0]} at every distance: the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`
       : `Draw ${chainText[0]} first, then ${chainText.slice(1).join(", then ")}: at each distance the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`;
+  if (chain.length === 1 && chain[0][0] === data.truth) byId("answer-lead").textContent += " No stand-in within that error is cheaper.";
   byId("chain").replaceChildren(...chain.map(([method, level, from], i) => {
     const until = chain[i + 1]?.[2];
     const range = from === 0 ? (until ? `up to ${away(until)} tree heights` : "at every distance") : until ? `${away(from)} to ${away(until)} tree heights` : `beyond ${away(from)} tree heights`;
@@ -102,3 +103,5 @@ function startRebuild() {
 }
 
 [startAnswer, startLosses, startPlots, startViewer, startSheet, startTables, startRefused, startRebuild].forEach((start) => start());
+// Paper does not unfold.
+window.addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((folded) => (folded.open = true)));
