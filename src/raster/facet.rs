@@ -1,7 +1,7 @@
-//! Triangles as the rasteriser meets them: projected once, sorted from near to far, drawn a row of pixels at a time.
+//! Triangles as the rasteriser meets them: projected once, sorted from near to far, drawn a band of rows at a time.
 //!
 //! What decides whether a sample is seen (`Facet`) is kept apart from what decides its colour (`Skin`): most of a crown is hidden, and
-//! a row then reads little memory for it.
+//! a band then reads little memory for it.
 
 use std::ops::Range;
 
@@ -14,16 +14,17 @@ use crate::geom::Surface;
 /// Samples per pixel and axis: 9 samples hide stairs at outlines and at the alpha test.
 const SAMPLES: usize = 3;
 
+/// Rows of pixels that are drawn at once: few enough that their samples stay near the processor, so many that most triangles are met once.
+pub(super) const BAND: u32 = 8;
+
 /// All that a view may show, and where.
 pub(super) struct Facets {
-    /// Nearest first: what lies behind is then seldom shaded.
+    /// As they lie in memory: by the band in which they begin, in each the nearest first.
     facets: Vec<Facet>,
     /// By [`Facet::number`].
     skins: Vec<Skin>,
-    /// Facets by their place in `facets`, row of pixels after row.
-    in_rows: Vec<u32>,
-    /// Where each row begins in `in_rows`, and where the last ends.
-    begins: Vec<usize>,
+    /// For each band of rows the places in `facets` of those it meets, nearest first: what lies behind is then seldom shaded.
+    bands: Vec<Vec<u32>>,
 }
 
 impl Facets {
@@ -37,38 +38,43 @@ impl Facets {
             facets.extend(these);
             skins.extend(their);
         }
-        facets.par_iter_mut().enumerate().for_each(|(number, facet)| facet.number = number as u32);
-        facets.par_sort_unstable_by(|a, b| b.nearest.total_cmp(&a.nearest).then(a.number.cmp(&b.number)));
-        let mut begins = vec![0; view.height_px as usize + 1];
-        for facet in &facets {
-            facet.pixel_rows().for_each(|row| begins[row + 1] += 1);
+        let mut order: Vec<(f32, u32)> = facets.iter().map(|facet| facet.nearest).zip(0..).collect();
+        order.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let band_count = view.height_px.div_ceil(BAND) as usize;
+        let mut next = vec![0; band_count + 1];
+        facets.iter().for_each(|facet| next[facet.bands[0] as usize + 1] += 1);
+        (1..next.len()).for_each(|band| next[band] += next[band - 1]);
+        let mut numbers = vec![0; facets.len()];
+        let mut bands = vec![vec![]; band_count];
+        for (_, number) in order {
+            let [first, last] = facets[number as usize].bands;
+            let place: u32 = next[first as usize];
+            next[first as usize] += 1;
+            numbers[place as usize] = number;
+            bands[first as usize..=last as usize].iter_mut().for_each(|band| band.push(place));
         }
-        (1..begins.len()).for_each(|row| begins[row] += begins[row - 1]);
-        let mut next = begins.clone();
-        let mut in_rows = vec![0; begins[view.height_px as usize]];
-        for (place, facet) in (0..).zip(&facets) {
-            for row in facet.pixel_rows() {
-                in_rows[next[row]] = place;
-                next[row] += 1;
-            }
-        }
-        Self { facets, skins, in_rows, begins }
+        let facets = numbers.par_iter().map(|&number| Facet { number, ..facets[number as usize] }).collect();
+        Self { facets, skins, bands }
     }
 
-    /// What the pixels of row `y`, `width` of them, show.
-    pub fn row<'a>(&'a self, y: u32, width: usize, shader: &Shader) -> impl Iterator<Item = Pixel> + use<'a> {
+    /// What the pixels of a band show, row by row, `width` in each.
+    pub fn band<'a>(&'a self, band: usize, width: usize, shader: &Shader) -> impl Iterator<Item = Pixel> + use<'a> {
         let across = width * SAMPLES;
-        let mut depths = vec![f32::NEG_INFINITY; across * SAMPLES];
-        let mut samples = vec![Sample { color: Vec3::ZERO, weights: [0.0; 3], facet: 0 }; across * SAMPLES];
-        for &place in &self.in_rows[self.begins[y as usize]..self.begins[y as usize + 1]] {
+        let count = across * SAMPLES * BAND as usize;
+        let mut depths = vec![f32::NEG_INFINITY; count];
+        let mut samples = vec![Sample { color: Vec3::ZERO, weights: [0.0; 3], facet: 0 }; count];
+        let top = band * BAND as usize * SAMPLES;
+        for &place in &self.bands[band] {
             let facet = &self.facets[place as usize];
-            for s in 0..SAMPLES {
-                let y = (y as usize * SAMPLES + s) as f32 + 0.5;
+            let first = (facet.top.max(0.0) as u32 as usize).max(top);
+            let last = (facet.bottom.max(0.0) as u32 as usize).min(top + BAND as usize * SAMPLES - 1);
+            for row in first..=last {
+                let y = row as f32 + 0.5;
                 if y < facet.top || y > facet.bottom {
                     continue;
                 }
                 for x in facet.span(y, across) {
-                    let at = s * across + x;
+                    let at = (row - top) * across + x;
                     if facet.bound < depths[at] {
                         continue;
                     }
@@ -84,13 +90,15 @@ impl Facets {
                 }
             }
         }
-        (0..width).map(move |x| self.resolved(x, across, &depths, &samples))
+        let pixels = (0..BAND as usize).flat_map(move |y| (0..width).map(move |x| y * SAMPLES * across + x * SAMPLES));
+        pixels.map(move |first| self.resolved(first, across, &depths, &samples))
     }
 
-    fn resolved(&self, x: usize, across: usize, depths: &[f32], samples: &[Sample]) -> Pixel {
+    /// The pixel whose first sample is `first`.
+    fn resolved(&self, first: usize, across: usize, depths: &[f32], samples: &[Sample]) -> Pixel {
         let mut pixel = Pixel { color: Vec3::ZERO, depth: f32::NEG_INFINITY, normal: Vec3::ZERO, coverage: 0.0 };
         let (mut hits, mut nearest) = (0.0, None);
-        for at in (0..SAMPLES).flat_map(|s| (0..SAMPLES).map(move |i| s * across + x * SAMPLES + i)) {
+        for at in (0..SAMPLES).flat_map(|s| (0..SAMPLES).map(move |i| first + s * across + i)) {
             if depths[at] > f32::NEG_INFINITY {
                 hits += 1.0;
                 pixel.color += samples[at].color;
@@ -139,8 +147,8 @@ struct Facet {
     /// The depth of its nearest corner, and what no sample's depth exceeds however it was rounded.
     nearest: f32,
     bound: f32,
-    /// Rows of pixels that it may meet.
-    rows: [u32; 2],
+    /// The first and the last band that it may meet.
+    bands: [u32; 2],
     /// In the order in which triangles are drawn.
     number: u32,
 }
@@ -207,7 +215,7 @@ fn projected(
         normals.swap(1, 2);
         uvs.swap(1, 2);
     }
-    let row = |y: f32| ((y / SAMPLES as f32).max(0.0) as u32).min(view.height_px);
+    let band = |y: f32| (y.max(0.0) as u32 / (SAMPLES as u32 * BAND)).min((view.height_px - 1) / BAND);
     let facet = Facet {
         corners,
         inverse_area: 1.0 / area.abs(),
@@ -215,7 +223,7 @@ fn projected(
         bottom: most.y,
         nearest: most.z,
         bound: most.z + 1e-6 * least.z.abs().max(most.z.abs()),
-        rows: [row(least.y), row(most.y + SAMPLES as f32)],
+        bands: [band(least.y), band(most.y)],
         number: 0,
     };
     Some((facet, Skin { normals, uvs, surface: index as u32, textured: texture.is_some(), level }))
@@ -225,10 +233,6 @@ fn projected(
 const NARROW: f32 = 4.0;
 
 impl Facet {
-    fn pixel_rows(&self) -> Range<usize> {
-        self.rows[0] as usize..self.rows[1] as usize
-    }
-
     /// Between which samples of a row of them, `across` long, it may lie: a little wide, since [`Facet::weights`] decides.
     fn span(&self, y: f32, across: usize) -> Range<usize> {
         let [a, b, c] = self.corners.map(|p| p.truncate());

@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 use image::{GrayImage, RgbaImage};
 use rayon::prelude::*;
 
-use super::facet::{Facets, Shader};
+use super::facet::{BAND, Facets, Shader};
 use super::{ALPHA_CUTOFF, Texture, to_linear, to_srgb};
 use crate::geom::{Bounds, Surface};
 use crate::{Error, Result};
@@ -193,16 +193,17 @@ pub fn render_with(
         normal: vec![Vec3::ZERO; pixels],
         coverage: GrayImage::new(view.width_px, view.height_px),
     };
-    let colors = capture.color.par_chunks_exact_mut(4 * width);
-    let depths = capture.depth_m.par_chunks_exact_mut(width);
-    let normals = capture.normal.par_chunks_exact_mut(width);
-    let coverages = capture.coverage.par_chunks_exact_mut(width);
-    colors.zip(depths).zip(normals).zip(coverages).enumerate().for_each(|(y, (((colors, depths), normals), coverages))| {
-        for (x, pixel) in facets.row(y as u32, width, &shader).enumerate() {
+    let band = width * BAND as usize;
+    let colors = capture.color.par_chunks_mut(4 * band);
+    let depths = capture.depth_m.par_chunks_mut(band);
+    let normals = capture.normal.par_chunks_mut(band);
+    let coverages = capture.coverage.par_chunks_mut(band);
+    colors.zip(depths).zip(normals).zip(coverages).enumerate().for_each(|(number, (((colors, depths), normals), coverages))| {
+        for (at, pixel) in facets.band(number, width, &shader).take(depths.len()).enumerate() {
             let [r, g, b] = pixel.color.to_array().map(to_srgb);
-            coverages[x] = (255.0 * pixel.coverage).round() as u8;
-            colors[4 * x..4 * x + 4].copy_from_slice(&[r, g, b, coverages[x]]);
-            (depths[x], normals[x]) = (pixel.depth, pixel.normal);
+            coverages[at] = (255.0 * pixel.coverage).round() as u8;
+            colors[4 * at..4 * at + 4].copy_from_slice(&[r, g, b, coverages[at]]);
+            (depths[at], normals[at]) = (pixel.depth, pixel.normal);
         }
     });
     Ok(capture)
