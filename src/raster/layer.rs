@@ -194,7 +194,7 @@ impl Layer {
 }
 
 /// Like `f32::floor` for whatever an `i32` holds, without a call where the processor has no instruction for it.
-fn floor(v: f32) -> f32 {
+pub(super) fn floor(v: f32) -> f32 {
     let t = v as i32 as f32;
     if t > v { t - 1.0 } else { t }
 }

@@ -1,5 +1,6 @@
 use super::*;
 use crate::geom::PolyMesh;
+use image::Rgba;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// A square of 2 m in the plane z = `z`, facing +Z, its texture upright.

@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
-use image::{Rgba, RgbaImage};
+use image::RgbaImage;
 use rayon::prelude::*;
 
 use crate::geom::{Bounds, PolyMesh, Surface};
@@ -97,8 +97,9 @@ pub fn captured(capture: &dyn Capture, parts: &[&Part], cards: &[Card]) -> Resul
 }
 
 fn part(card: &Card, taken: &raster::Capture) -> Option<Part> {
-    let texture = Some(Arc::new(cut_out(taken)?));
-    let normal_texture = Some(Arc::new(tangent_normals(taken, card.axes)));
+    let (texture, normals) = rayon::join(|| cut_out(taken), || tangent_normals(taken, card.axes));
+    let texture = Some(Arc::new(texture?));
+    let normal_texture = Some(Arc::new(normals));
     let material = Material {
         name: card.name.clone(),
         texture,
@@ -121,11 +122,17 @@ pub fn cut_out(taken: &raster::Capture) -> Option<RgbaImage> {
         Vec3::from([r, g, b].map(to_linear)).extend(f32::from(a) / 255.0)
     });
     layer.bleed();
-    Some(RgbaImage::from_fn(width, height, |x, y| {
-        let at = (y * width + x) as usize;
+    Some(picture(width, height, |at| {
         let [r, g, b] = layer.texels[at].truncate().to_array().map(to_srgb);
-        Rgba([r, g, b, alphas[at]])
+        [r, g, b, alphas[at]]
     }))
+}
+
+/// A picture of what `texel` gives for each place, row by row from the top left.
+fn picture(width: u32, height: u32, texel: impl Fn(usize) -> [u8; 4] + Sync) -> RgbaImage {
+    let mut picture = RgbaImage::new(width, height);
+    picture.par_chunks_exact_mut(4).enumerate().with_min_len(256).for_each(|(at, out)| out.copy_from_slice(&texel(at)));
+    picture
 }
 
 /// Alpha for covered areas (0..=255): rising with them, and such that as many texels come to lie above the cutoff as were covered in all.
@@ -159,10 +166,10 @@ pub fn tangent_normals(taken: &raster::Capture, axes: [Vec3; 3]) -> RgbaImage {
         Vec3::from(axes.map(|axis| axis.dot(n))).extend(f32::from(u8::from(n != Vec3::ZERO)))
     });
     layer.bleed();
-    RgbaImage::from_fn(width, height, |x, y| {
-        let n = layer.texels[(y * width + x) as usize].truncate().normalize_or(Vec3::Z);
+    picture(width, height, |at| {
+        let n = layer.texels[at].truncate().normalize_or(Vec3::Z);
         let [r, g, b] = (255.0 * (0.5 + 0.5 * n)).to_array().map(|v| v.round() as u8);
-        Rgba([r, g, b, 255])
+        [r, g, b, 255]
     })
 }
 

@@ -192,8 +192,8 @@ pub fn build(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Resul
         if !partner.scopes().contains(&Scope::Wood) {
             return Err(Error::UnknownMethod { known: ids_of(Scope::Wood), found: partner.id().to_owned() });
         }
-        let foliage = make(main, Scope::Foliage, &own)?;
-        foliage.joined(make(partner, Scope::Wood, &for_trunk)?)
+        let (foliage, wood) = rayon::join(|| make(main, Scope::Foliage, &own), || make(partner, Scope::Wood, &for_trunk));
+        foliage?.joined(wood?)
     } else if order.trunk.is_some() || !for_trunk.is_empty() {
         let why = format!("it builds {}", if scopes[0] == Scope::Wood { "the wood itself" } else { "the whole tree" });
         return Err(Error::NotApplicable { method: main.id(), source_name: "--trunk".to_owned(), why });

@@ -96,13 +96,14 @@ impl Representation for BillboardCloud {
         let counts = &SHARES[..params.levels as usize];
         let made: Vec<Vec<Sheet>> =
             counts.par_iter().map(|share| sheets(&foliage.leaves, planes_of(*share, params.planes), bound_m, job.seed)).collect();
-        let mut rungs = vec![];
-        for (number, sheets) in made.iter().enumerate() {
+        let rung = |(number, sheets): (usize, &Vec<Sheet>)| {
             let side_px = (params.atlas_px.0 >> number.min(1)).max(64);
-            let Some(part) = foliage.drawn(sheets, side_px, job.capture)? else { continue };
+            let Some(part) = foliage.drawn(sheets, side_px, job.capture)? else { return Ok(None) };
             let error_m = Misfit::of(&foliage.leaves, sheets, bound_m).rms_m;
-            rungs.push(Rung { name: format!("{} planes", sheets.len()), error_m, parts: vec![part] });
-        }
+            Ok(Some(Rung { name: format!("{} planes", sheets.len()), error_m, parts: vec![part] }))
+        };
+        let rungs: Vec<Result<Option<Rung>>> = made.par_iter().enumerate().map(rung).collect();
+        let rungs = rungs.into_iter().filter_map(Result::transpose).collect::<Result<Vec<Rung>>>()?;
         let warnings = made.first().and_then(|finest| beyond(&foliage.leaves, finest, bound_m)).into_iter().collect();
         let (parts, levels) = relieving(rungs, bounds.center(), params.error_px as f32, bounds.max.y);
         Ok(BuiltTree { levels, warnings, ..BuiltTree::new(bounds, parts) })

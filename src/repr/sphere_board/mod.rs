@@ -10,6 +10,8 @@ pub(super) mod picture;
 pub(super) mod subject;
 mod tone;
 
+use rayon::prelude::*;
+
 use crate::crown::{self, CrownParams, Hull};
 use crate::geom::Bounds;
 use crate::model::{Growth, ModelCrown, Part, ProfileChoice};
@@ -109,7 +111,11 @@ impl Representation for SphereBoard {
             Some(parts) if halvings == 0 || subject.clusters.is_empty() => Ok(parts.clone()),
             _ => subject.crowns(polygons as usize, atlas(halvings), job),
         };
-        let (near, mid, far) = (built(params.polygons, 0)?, built(params.polygons_mid, 1)?, built(params.polygons_far, 2)?);
+        let (near, (mid, far)) = rayon::join(
+            || built(params.polygons, 0),
+            || rayon::join(|| built(params.polygons_mid, 1), || built(params.polygons_far, 2)),
+        );
+        let (near, mid, far) = (near?, mid?, far?);
         let cards = flat::cards(job, bounds)?;
         levels::built(levels::Ladder { meshes: [near, mid, far], wood, cards }, bounds, growth, params.error_px)
     }
@@ -133,7 +139,7 @@ impl Subject {
         let hulls: Vec<Hull> = self.clusters.iter().map(|cluster| cluster.hull.clone()).collect();
         let crowns = crown::surfaces(&hulls, polygons, &CrownParams::default(), job.seed)?;
         let bakes = texture::shares(crowns.iter().map(|crown| &crown.mesh), &BakeParams { texture_size, ..BakeParams::default() });
-        let part = |(number, ((cluster, crown), bake)): (usize, ((&Cluster, &crown::Crown), &BakeParams))| {
+        let part = |(number, ((cluster, crown), bake)): (usize, ((&Cluster, &crown::Crown), &BakeParams))| -> Result<Part> {
             let exemplar = cluster.exemplar(texels_per_m(&crown.mesh, bake)?)?;
             let fronts = cluster.fronts();
             let (atlas, _) = pipeline::dressed(crown, &exemplar, &fronts, &SynthParams::default(), bake, job.seed)?;
@@ -142,7 +148,8 @@ impl Subject {
             part.material.factor = [cluster.tone, cluster.tone, cluster.tone, 1.0];
             Ok(part)
         };
-        self.clusters.iter().zip(&crowns).zip(&bakes).enumerate().map(part).collect()
+        let parts: Vec<Result<Part>> = self.clusters.par_iter().zip(&crowns).zip(&bakes).enumerate().map(part).collect();
+        parts.into_iter().collect()
     }
 }
 

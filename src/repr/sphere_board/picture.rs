@@ -4,6 +4,7 @@ use glam::{DVec2, Vec2, Vec3};
 use image::{GrayImage, Luma, RgbImage};
 use imageproc::distance_transform::Norm;
 use imageproc::morphology::close;
+use rayon::prelude::*;
 
 use crate::crown::Outline;
 use crate::geom::Bounds;
@@ -70,7 +71,8 @@ pub(in crate::repr) fn taken(
         views.push(scale.view(axes, window));
     }
     let captures = capture.take(&parts, &views)?;
-    Ok(stands.iter().zip(&views).zip(&captures).map(|((stand, view), taken)| Picture::of(stand, view, taken, scale)).collect())
+    let picture = |((stand, view), taken)| Picture::of(stand, view, taken, scale);
+    Ok(stands.par_iter().zip(&views).zip(&captures).map(picture).collect())
 }
 
 /// Corners that polygons use.

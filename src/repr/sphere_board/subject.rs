@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::picture::{Picture, Scale, Stand, nothing_seen, taken, trunk_seen};
 use super::tone::tone;
@@ -54,7 +55,7 @@ impl Subject {
         let scale = Scale { metres_per_px: size / params.picture_px as f32, longest_px: params.picture_px };
         let TreeSource::Model { model, .. } = job.source else {
             let groups = groups(job, foliage, params, scale)?;
-            let mut clusters = found(groups.iter().map(|group| Cluster::of(job, group, params.azimuths, params, scale)))?;
+            let mut clusters = found(groups.par_iter().map(|group| Cluster::of(job, group, params.azimuths, params, scale)))?;
             if clusters.is_empty() {
                 return Err(nothing_seen());
             }
@@ -64,14 +65,15 @@ impl Subject {
         };
         let seen = SphereBoardParams { depth: Unseen::Seen, above: Unseen::Seen, ..params.clone() };
         let cluster = |crown: &Part| Cluster::of(job, std::slice::from_ref(crown), AROUND_A_MODEL, &seen, scale);
-        let clusters = found(foliage.iter().map(cluster))?;
+        let clusters = found(foliage.par_iter().map(cluster))?;
         Ok(Self { clusters, trunk: model.trunk.as_ref().map(|trunk| trunk.part()), finest: Some(foliage) })
     }
 }
 
 /// The clusters that are large enough to be seen.
-fn found(clusters: impl Iterator<Item = Result<Cluster>>) -> Result<Vec<Cluster>> {
-    clusters.filter(|cluster| !matches!(cluster, Err(Error::CrownTooSmall { .. } | Error::Outline { .. }))).collect()
+fn found(clusters: impl ParallelIterator<Item = Result<Cluster>>) -> Result<Vec<Cluster>> {
+    let clusters: Vec<Result<Cluster>> = clusters.collect();
+    clusters.into_iter().filter(|cluster| !matches!(cluster, Err(Error::CrownTooSmall { .. } | Error::Outline { .. }))).collect()
 }
 
 /// The foliage of a tree, one list of parts for each cluster: the crowns of a model, or what is found on a true tree.
