@@ -24,6 +24,18 @@ impl Bounds {
         self.max - self.min
     }
 
+    /// At what height a tree with this box stands, metres. Trees stand at the origin, though a root may dip under it and a crown without its
+    /// trunk hang over it; one that lies elsewhere, as files have it that centre theirs, stands on the lowest that there is of it.
+    pub fn foot_y(&self) -> f32 {
+        let high = self.size().y;
+        if (-0.1 * high..=high).contains(&self.min.y) { 0.0 } else { self.min.y }
+    }
+
+    /// Height of a tree with this box above where it stands, metres, never 0: what distances and wind are measured in.
+    pub fn height_m(&self) -> f32 {
+        (self.max.y - self.foot_y()).max(1e-3)
+    }
+
     /// Middle.
     pub fn center(&self) -> Vec3 {
         0.5 * (self.min + self.max)

@@ -277,7 +277,7 @@ impl BuiltTree {
 
     /// Height of the tree, metres: what distances are measured in.
     pub fn height_m(&self) -> f32 {
-        self.bounds.max.y.max(1e-3)
+        self.bounds.height_m()
     }
 
     /// The parts of which anything is seen at a distance from the tree's middle.
