@@ -99,3 +99,17 @@ impl PolyMesh {
         normals.iter().map(|n| n.normalize_or(Vec3::Y)).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tree_is_as_high_as_it_stands_over_its_foot() {
+        let height = |low: f32, high: f32| Bounds { min: Vec3::new(-1.0, low, -1.0), max: Vec3::new(1.0, high, 1.0) }.height_m();
+        // At the origin: exactly, with a root under it, without its trunk.
+        assert_eq!((height(0.0, 10.0), height(-0.3, 10.0), height(4.0, 10.0)), (10.0, 10.0, 10.0));
+        assert_eq!((height(-50.0, -40.0), height(100.0, 110.0), height(-5.0, 5.0)), (10.0, 10.0, 10.0));
+        assert!(height(0.0, 0.0) > 0.0 && height(-7.0, -7.0) > 0.0);
+    }
+}
