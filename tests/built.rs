@@ -273,7 +273,9 @@ fn the_order_of_a_methods_parts_never_shows() {
         let fading = ends.map(|[from, to]| 0.5 * (from + to)).reduce(f32::min);
         for level_distance in [Some(tree.levels[0].distance), fading].into_iter().flatten() {
             let camera = Camera::orbit(tree.bounds.center(), 0.4, 0.3, 2.5 * tree.height_m());
-            let shot = Shot { background: Background::Alpha, level_distance: Some(level_distance), ..Shot::new(camera, [160; 2]) };
+            // Unshaped, since how an outline grows is drawn by the number of its crown.
+            let (stage, background) = (Stage::Unshaped, Background::Alpha);
+            let shot = Shot { stage, background, level_distance: Some(level_distance), ..Shot::new(camera, [160; 2]) };
             let [a, b] = [&one, &other].map(|tree| take(&mut renderer, &shot, tree));
             let changed = a.color.pixels().zip(b.color.pixels()).filter(|(a, b)| a != b).count();
             println!("{id} at {level_distance}: {changed} of {} px", area_px(&a));
