@@ -8,7 +8,7 @@ fn vs_main(corner: Corner) -> Cast {
     let tree = standing(corner.place, corner.rotation);
     let pose = posed(tree, corner.position, corner.normal, true);
     var seen: Cast;
-    seen.position = frame.sun_clip_from_world * vec4f(swayed(tree, pose.at, material.tree_height_m), 1.0);
+    seen.position = frame.sun_clip_from_world * vec4f(swayed(tree, pose.at, material.tree_height_m, material.tree_foot_m), 1.0);
     seen.uv = corner.uv;
     seen.at = corner.position;
     seen.facing = dot(turned(tree.rotation, pose.normal), frame.toward_sun);

@@ -7,7 +7,7 @@
 fn vs_main(@builtin(vertex_index) number: u32, bearer: Bearer) -> Seen {
     let tree = standing(bearer.place, bearer.rotation);
     let leaf = leaf_vertex(number);
-    let world = swayed(tree, leaf.position, material.tree_height_m);
+    let world = swayed(tree, leaf.position, material.tree_height_m, material.tree_foot_m);
     var seen: Seen;
     seen.position = frame.clip_from_world * vec4f(world, 1.0);
     seen.world = world;

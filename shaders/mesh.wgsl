@@ -7,7 +7,7 @@
 fn vs_main(corner: Corner) -> Seen {
     let tree = standing(corner.place, corner.rotation);
     let pose = posed(tree, corner.position, corner.normal, false);
-    let world = swayed(tree, pose.at, material.tree_height_m);
+    let world = swayed(tree, pose.at, material.tree_height_m, material.tree_foot_m);
     var seen: Seen;
     seen.position = frame.clip_from_world * vec4f(world, 1.0);
     seen.world = world;

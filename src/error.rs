@@ -579,7 +579,7 @@ pub enum Error {
     // ---- Captured cards: repr/card ----
     /// Pictures of a tree that would take too much memory.
     #[error(
-        "expected the pictures of a tree to take at most {limit_mib} MiB, but {pictures} of this size would take {found_mib} MiB; lower texture_px or how many there are"
+        "expected the pictures of a tree to take at most {limit_mib} MiB, but {pictures} of this size would take {found_mib} MiB; lower {lower}"
     )]
     TooManyPictures {
         /// What they may take.
@@ -588,6 +588,19 @@ pub enum Error {
         pictures: usize,
         /// What they would take.
         found_mib: u64,
+        /// The parameters to lower.
+        lower: &'static str,
+    },
+    // ---- Sources: repr/source ----
+    /// What another method has made of a tree, given as the tree.
+    #[error("expected a tree, but {path} is already a stand-in ({method} of {source_name}); name its source instead")]
+    AlreadyBuilt {
+        /// The file or folder.
+        path: PathBuf,
+        /// The method.
+        method: String,
+        /// What it was built from.
+        source_name: String,
     },
 }
 

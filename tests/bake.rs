@@ -13,6 +13,7 @@ use image::{Rgba, RgbaImage};
 use proptest::prelude::*;
 use sphereboard::geom::{Bounds, PolyMesh, Surface};
 use sphereboard::gpu::layout::Instance;
+use sphereboard::metrics::{flip, over};
 use sphereboard::model::reference::Asked;
 use sphereboard::model::{Material, Part, Wrap, glb};
 use sphereboard::plant::presets::preset;
@@ -83,7 +84,9 @@ fn drawn(renderer: &mut Renderer, built: &BuiltTree, distance: f32) -> RgbaImage
     renderer.picture(&shot, &[Stand { tree: &tree, instances: &[Instance::IDENTITY] }]).unwrap().color
 }
 
-/// What every method makes of a source; the table decides which there are.
+/// What every method makes of a source, as a file can hold it; the table decides which there are. That is all of it, with one exception:
+/// where leaves go one by one ([`Drawn::Forest`]) a file holds plain levels in their stead. So those files are compared with these levels, and
+/// the levels with the leaves that they stand for in [`plain_levels_draw_like_the_leaves_that_go_one_by_one`].
 fn all_built() -> &'static [(&'static dyn Representation, BuiltTree)] {
     static BUILT: OnceLock<Vec<(&'static dyn Representation, BuiltTree)>> = OnceLock::new();
     BUILT.get_or_init(|| {
@@ -122,6 +125,47 @@ fn a_file_draws_the_same_pixels_as_what_was_built() {
             assert!(a.pixels().any(|p| p[0] > 20), "{} at {distance} heights shows nothing", method.id());
         }
     }
+}
+
+#[test]
+fn plain_levels_draw_like_the_leaves_that_go_one_by_one() {
+    let Some(mut renderer) = common::software_renderer() else { return };
+    let (sources, settings, capture) = (sources(), Settings::default(), SoftwareCapture::new());
+    let mut forests = 0;
+    for method in METHODS {
+        let order = Order { method: method.id(), trunk: None, settings: &settings, seed: Seed(1) };
+        let Ok(built) = repr::build(&order, &sources[0], &capture) else { continue };
+        if !built.parts.iter().any(|part| matches!(part.drawn, Drawn::Forest(_))) {
+            continue;
+        }
+        forests += 1;
+        let plain = built.clone().plain();
+        for level in &built.levels {
+            let mut at = |tree: &BuiltTree| {
+                let tree = renderer.upload_built(tree).unwrap();
+                let camera = Camera::orbit(built.bounds.center(), 0.5, 0.2, 2.5 * built.height_m());
+                let shot =
+                    Shot { background: Background::Alpha, level_distance: Some(level.distance), ..Shot::new(camera, [192; 2]) };
+                renderer.picture(&shot, &[Stand { tree: &tree, instances: &[Instance::IDENTITY] }]).unwrap().color
+            };
+            let (forest, levels) = (at(&built), at(&plain));
+            let covered = |picture: &RgbaImage| picture.pixels().filter(|p| p[3] > 127).count() as f64;
+            // In each cluster one leaf is about to go, in its own way: what counts is what is seen of both from where they are seen.
+            let small = |picture: &RgbaImage| image::imageops::thumbnail(&over(picture, [0; 3]), 48, 48);
+            let unlike = flip(&small(&forest), &small(&levels)).unwrap();
+            let share = covered(&levels) / covered(&forest);
+            println!("{}, {}: covers {share:.3} of what the leaves do, {unlike:?}", method.id(), level.name);
+            assert!((share - 1.0).abs() < 0.05 && unlike.mean < 0.05, "{}, {}: {share:.3}, {unlike:?}", method.id(), level.name);
+        }
+    }
+    assert!(forests >= 1, "no method has such leaves");
+}
+
+#[test]
+fn a_stand_in_is_no_source() {
+    let path = keep("no-source.glb", &file::write(&everything(), &origin()).unwrap());
+    let refused = TreeSource::open(path.to_str().unwrap(), &Asked::default(), Seed(1)).unwrap_err().to_string();
+    assert!(refused.contains("is already a stand-in (none of test); name its source instead"), "{refused}");
 }
 
 /// A card of one texture, with everything about it that a file has to keep.
@@ -320,10 +364,24 @@ fn mistakes_are_told_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("t.glb");
     let out = out.to_str().unwrap();
-    let cases: [(&[&str], &str); 7] = [
+    let stream = folder.path().join("stream");
+    let stream = ["juniper", "--method", "box-hierarchy", "--stream", stream.to_str().unwrap()];
+    let streamed = |rest: &[&'static str]| [&stream[..], rest].concat();
+    let cases: [(&[&str], &str); 12] = [
         (&["juniper", "--method", "crossed-plane", "--out", out], "expected a method (geometry, "),
         (&["junipr", "--method", "geometry", "--out", out], "but found junipr"),
-        (&["juniper", "--method", "crossed-planes", "--set", "planes=99", "--out", out], "but is 99"),
+        (&["juniper", "--method", "crossed-planes", "--set", "planes=99", "--out", out], "--set planes must be 1 to"),
+        (
+            &["juniper", "--method", "box-hierarchy", "--trunk", "lodstrips", "--set", "trunk.error_px=-1", "--out", out],
+            "--set trunk.error_px must be",
+        ),
+        (
+            &["juniper", "--method", "box-hierarchy", "--trunk", "lodstrips", "--set", "trunk.plane=1", "--out", out],
+            "there is no parameter trunk.plane",
+        ),
+        (&streamed(&["--trunk", "billboard"]), "expected a method ("),
+        (&streamed(&["--trunk", "lodf"]), "but found lodf"),
+        (&streamed(&["--texture-budget-mb", "0.01"]), "or raise --texture-budget-mb"),
         (&["juniper", "--method", "crossed-planes", "--set", "plane=2", "--out", out], "there is no parameter plane"),
         (
             &["juniper", "--method", "crossed-planes", "--texture-budget-mb", "0.5", "--out", out],

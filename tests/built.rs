@@ -14,14 +14,16 @@ use sphereboard::geom::{Bounds, PolyMesh, Surface};
 use sphereboard::gpu::layout::Instance;
 use sphereboard::metrics::{flip, over, silhouette, silhouette_iou};
 use sphereboard::model::reference::Asked;
-use sphereboard::model::{Material, Part, Wrap};
+use sphereboard::model::{Material, Part, Wrap, glb};
+use sphereboard::plant::presets::preset;
 use sphereboard::raster::{Layer, View, to_linear};
 use sphereboard::render::{
     Background, Camera, GpuCapture, Picture, Projection, Renderer, Shot, Show, Stage, Stand, Tree, WindParams,
 };
 use sphereboard::repr::card::{Card, captured, cut_out, window_around};
 use sphereboard::repr::{
-    BuiltPart, BuiltTree, Capture, Drawn, Facing, Fade, Octahedral, REFERENCE_FOCAL_PX, Scope, Seen, SoftwareCapture, TreeSource,
+    self, BuiltPart, BuiltTree, Capture, Drawn, Facing, Fade, METHODS, Octahedral, Order, REFERENCE_FOCAL_PX, Representation,
+    Scope, Seen, Settings, SoftwareCapture, TreeSource,
 };
 
 /// Height of the trees of these tests but the grown one, metres.
@@ -235,6 +237,82 @@ fn the_order_of_parts_and_instances_never_shows() {
     let first = renderer.picture(&shot, &[Stand { tree: &one, instances: &instances }]).unwrap();
     let second = renderer.picture(&shot, &[Stand { tree: &other, instances: &shuffled }]).unwrap();
     assert!(first.depth_m == second.depth_m && first.color == second.color);
+}
+
+/// What every method of the table makes of a young tree, or of a photograph's model where it takes no other.
+static ROWS: LazyLock<Vec<(&str, BuiltTree)>> = LazyLock::new(|| {
+    let young = TreeSource::grown(preset("birch").unwrap(), Some(8.0), &Asked::default(), Seed(3)).unwrap().0;
+    let oak = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/oak.glb")).unwrap();
+    let sources = [young, TreeSource::model("oak".to_owned(), glb::read(&oak).unwrap())];
+    let (settings, capture) = (Settings::default(), SoftwareCapture::new());
+    let row = |method: &&'static dyn Representation| {
+        let order = Order { method: method.id(), trunk: None, settings: &settings, seed: Seed(3) };
+        let built = sources.iter().find_map(|source| repr::build(&order, source, &capture).ok());
+        (method.id(), built.unwrap_or_else(|| panic!("{} takes neither", method.id())))
+    };
+    METHODS.iter().map(row).collect()
+});
+
+#[test]
+fn the_order_of_a_methods_parts_never_shows() {
+    let Some(mut renderer) = software_renderer() else { return };
+    assert!(ROWS.iter().any(|(_, tree)| tree.parts.iter().any(|part| matches!(part.drawn, Drawn::Forest(_)))));
+    // No method need fade by alpha: these rows are asked to as well.
+    let by_alpha = ROWS.iter().filter(|(_, tree)| tree.levels.len() > 1).map(|(id, tree)| {
+        let mut tree = tree.clone();
+        tree.parts.iter_mut().for_each(|part| part.seen.fade = Fade::Alpha);
+        (*id, tree)
+    });
+    for (id, tree) in ROWS.iter().cloned().chain(by_alpha) {
+        let mut turned = tree.clone();
+        turned.parts.reverse();
+        turned.parts.rotate_left(tree.parts.len() / 3);
+        let [one, other] = [&tree, &turned].map(|tree| renderer.upload_built(tree).unwrap());
+        // In the midst of the first band in which something fades, and where all of it is seen.
+        let ends = tree.parts.iter().map(|part| part.seen.vanishes).filter(|[from, to]| *to < 1e3 && from < to);
+        let fading = ends.map(|[from, to]| 0.5 * (from + to)).reduce(f32::min);
+        for level_distance in [Some(tree.levels[0].distance), fading].into_iter().flatten() {
+            let camera = Camera::orbit(tree.bounds.center(), 0.4, 0.3, 2.5 * tree.height_m());
+            // Unshaped, since how an outline grows is drawn by the number of its crown.
+            let (stage, background) = (Stage::Unshaped, Background::Alpha);
+            let shot = Shot { stage, background, level_distance: Some(level_distance), ..Shot::new(camera, [160; 2]) };
+            let [a, b] = [&one, &other].map(|tree| take(&mut renderer, &shot, tree));
+            let changed = a.color.pixels().zip(b.color.pixels()).filter(|(a, b)| a != b).count();
+            println!("{id} at {level_distance}: {changed} of {} px", area_px(&a));
+            // Where two surfaces are equally near, to the last bit, the one drawn first shows.
+            assert!(area_px(&a) > 50 && changed * 500 <= area_px(&a), "{id} at {level_distance}: {changed} px of {}", area_px(&a));
+        }
+    }
+}
+
+#[test]
+fn every_method_stands_from_above_and_from_inside() {
+    let Some(mut renderer) = software_renderer() else { return };
+    for (id, built) in ROWS.iter() {
+        let (tree, middle, high) = (renderer.upload_built(built).unwrap(), built.bounds.center(), built.height_m());
+        // Upright cards are lines from straight above and below.
+        let upright = built.parts.iter().all(|BuiltPart { part, drawn, .. }| match drawn {
+            Drawn::Turned { upright, .. } => *upright,
+            Drawn::Still => !part.surface.normals.is_empty() && part.surface.normals.iter().all(|n| n.y.abs() < 0.1),
+            Drawn::Forest(_) | Drawn::Octahedral(_) => false,
+        });
+        for (place, elevation, heights) in
+            [("above", FRAC_PI_2, 3.0), ("aslant", 1.2, 3.0), ("below", -0.6, 3.0), ("beside", 0.0, 3.0), ("inside", 0.3, 0.02)]
+        {
+            for azimuth in [0.0, 0.8, FRAC_PI_2] {
+                let camera = Camera::orbit(middle, azimuth, elevation, heights * high);
+                let parallel = Projection::Orthographic { half_height_m: 0.8 * high, near_m: -9.0 * high, far_m: 9.0 * high };
+                for camera in [camera, Camera { projection: parallel, ..camera }] {
+                    let shot = Shot { stage: Stage::Lit, background: Background::Alpha, ..Shot::new(camera, [96; 2]) };
+                    let picture = take(&mut renderer, &shot, &tree);
+                    let perspective = matches!(camera.projection, Projection::Perspective { .. });
+                    assert!(!perspective || is_sound(&picture), "{id} from {place}");
+                    let hidden = (upright && place == "above") || (place == "inside" && perspective);
+                    assert!(hidden || area_px(&picture) > 30, "{id} from {place}, {azimuth}: {} px", area_px(&picture));
+                }
+            }
+        }
+    }
 }
 
 #[test]

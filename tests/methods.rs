@@ -91,7 +91,12 @@ fn parameters_out_of_range_and_unknown_ones_are_named() {
             };
             for value in [beyond.as_str(), "nan", "", "1;2"] {
                 let error = build(method.id(), source, &Settings::default().with(spec.name, value)).unwrap_err();
-                assert!(error.to_string().contains(&spec.flag()), "{}: {}={value}: {error}", method.id(), spec.name);
+                assert!(
+                    error.to_string().contains(&format!("--set {}", spec.name)),
+                    "{}: {}={value}: {error}",
+                    method.id(),
+                    spec.name
+                );
             }
         }
     }
@@ -130,7 +135,7 @@ fn the_same_seed_builds_the_same_on_any_number_of_threads() {
     }
 }
 
-/// Trees that are hardly any, built by every method: a stem alone, a leaf alone.
+/// Trees that are hardly any, built by every method: a stem alone, a leaf alone, two leaves in the same place.
 #[test]
 fn bare_trees_and_single_leaves_are_taken_or_refused_with_a_reason() {
     let whole = young("birch", 6.0);
@@ -139,7 +144,10 @@ fn bare_trees_and_single_leaves_are_taken_or_refused_with_a_reason() {
     leaf.surface.mesh.quads.truncate(1);
     let reference =
         |name: &str, parts| TreeSource::reference(ReferenceTree::new(name.to_owned(), parts, &Default::default()).unwrap());
-    for source in [reference("bare", wood), reference("leaf", vec![leaf])] {
+    let mut twins = leaf.clone();
+    let same = twins.surface.clone();
+    twins.surface.append(same);
+    for source in [reference("bare", wood), reference("leaf", vec![leaf]), reference("two leaves in one place", vec![twins])] {
         for method in METHODS {
             match build(method.id(), &source, &Settings::default()) {
                 Ok(built) => built.check().unwrap(),
@@ -281,7 +289,7 @@ fn nothing_jumps_on_the_way_from_2_to_200_tree_heights() {
 /// The tree in the middle of a picture whose pixels are those that distances are told for. Where it is small each pixel is the mean of
 /// 4 × 4, at the same level of detail: else whole pixels that come and go in a tree of ten would drown what its levels do.
 fn from_afar(renderer: &mut Renderer, tree: &Tree, bounds: Bounds, distance: f32) -> image::RgbImage {
-    let distance_m = distance * bounds.max.y;
+    let distance_m = distance * bounds.height_m();
     let fov_y_rad = 2.0 * (0.5 * DOLLY_PX as f32 / REFERENCE_FOCAL_PX).atan();
     let projection = Projection::Perspective { fov_y_rad, near_m: 0.1 };
     let camera = Camera { projection, ..Camera::orbit(bounds.center(), 0.35, 0.15, distance_m) };

@@ -56,7 +56,7 @@ fn look(corner: Corner, for_sun: bool) -> Looked {
         larger = min(inverseSqrt(max(1.0 - near * near, 1e-6)), LARGEST);
     }
     seen.at = presence.pivot + larger * (pose.at - presence.pivot);
-    seen.world = swayed(tree, seen.at, material.tree_height_m);
+    seen.world = swayed(tree, seen.at, material.tree_height_m, material.tree_foot_m);
     let place = on_grid(toward);
     let first = clamp(floor(place), vec2f(0.0), vec2f(f32(presence.grid - 2u)));
     let part = place - first;

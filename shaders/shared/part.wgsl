@@ -17,7 +17,7 @@ struct Material {
     stand_in: u32,
     // Box of the tree.
     tree_center: vec3f,
-    pad: f32,
+    tree_foot_m: f32,
     tree_half: vec3f,
     pad2: f32,
 }

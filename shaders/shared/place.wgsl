@@ -29,8 +29,8 @@ fn still(tree: Standing, at: vec3f) -> vec3f {
 }
 
 // Where the wind has put it.
-fn swayed(tree: Standing, at: vec3f, tree_height_m: f32) -> vec3f {
-    return tree.foot + tree.scale * (turned(tree.rotation, at) + sway(at, tree_height_m, tree.foot));
+fn swayed(tree: Standing, at: vec3f, tree_height_m: f32, tree_foot_m: f32) -> vec3f {
+    return tree.foot + tree.scale * (turned(tree.rotation, at) + sway(at - vec3f(0.0, tree_foot_m, 0.0), tree_height_m, tree.foot));
 }
 
 // Towards whom a pass draws for, from a point of a tree, unit length, object space: the viewer, or in the sun's map the sun.

@@ -2,7 +2,7 @@
 // the trunk bends like a cantilever, boughs swing at their own pace, leaves flutter by where they are on the crown.
 #import shared/frame
 
-// How far the wind moves a point `at` of a tree (object space, metres) that is `height_m` tall and stands at `foot` (world space): metres
+// How far the wind moves a point `at` of a tree (object space, metres, above its foot) that is `height_m` tall and stands at `foot` (world space): metres
 // along the world's axes before the tree's scale. Depends on nothing else, so that what is joined stays joined. The foot stays.
 fn sway(at: vec3f, height_m: f32, foot: vec3f) -> vec3f {
     let lean = length(frame.lean);

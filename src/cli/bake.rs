@@ -8,7 +8,8 @@ use serde_json::{Value, json};
 
 use crate::repr::box_hierarchy::{self, BoxHierarchy};
 use crate::repr::file::{self, Origin};
-use crate::repr::{BuiltTree, Representation as _, SoftwareCapture, Stats};
+use crate::repr::limits;
+use crate::repr::{BuiltTree, Drawn, Representation as _, SoftwareCapture, Stats};
 use crate::{Error, Result, files};
 
 use super::batch::text_of;
@@ -106,7 +107,9 @@ fn stream(wish: &Wish, method: &str, text: &str, folder: &Path, as_json: bool) -
     let bar = spinner(format!("{text}: growing or reading it"));
     let source = wish.source(text)?;
     bar.set_message(format!("{text}: building {method}"));
-    let stream = box_hierarchy::stream(&wish.order(method), &source, &SoftwareCapture::new())?;
+    let (stream, built) = box_hierarchy::stream(&wish.order(method), &source, &SoftwareCapture::new())?;
+    limits::check_textures(&built, &wish.budget)?;
+    subject::warn(source.name(), &built.warnings);
     bar.set_message(format!("{text}: writing {}", folder.display()));
     box_hierarchy::write_stream(folder, &stream)?;
     bar.finish_and_clear();
@@ -135,20 +138,30 @@ fn level_of(text: &str, built: &BuiltTree) -> Result<Option<usize>> {
     })
 }
 
-/// What a viewer that knows only glTF shows otherwise than we do.
+/// What a viewer that knows only glTF, or any file at all, shows otherwise than we do.
 fn notes(built: &BuiltTree) -> Vec<String> {
+    let (forests, others): (Vec<_>, Vec<_>) = built.parts.iter().partition(|part| matches!(part.drawn, Drawn::Forest(_)));
     let mut kinds: Vec<(&str, usize)> = Vec::new();
-    for needs in built.parts.iter().filter_map(file::beyond_gltf) {
+    for needs in others.iter().filter_map(|part| file::beyond_gltf(part)) {
         match kinds.iter_mut().find(|(known, _)| *known == needs) {
             Some((_, count)) => *count += 1,
             None => kinds.push((needs, 1)),
         }
     }
-    let all = built.parts.len();
+    let (all, other) = (others.len(), if forests.is_empty() { "" } else { "other " });
     let note = |(needs, count): &(&str, usize)| {
-        format!("{count} of {all} parts: each {needs}, for which glTF has no word: only `sphereboard render` and `view` show it so")
+        format!(
+            "{count} of {all} {other}parts: each {needs}, for which glTF has no word: only `sphereboard render` and `view` show it so"
+        )
     };
-    kinds.iter().map(note).collect()
+    let leaves = (!forests.is_empty()).then(|| {
+        let method = &built.method;
+        format!(
+            "the leaves go one by one with distance, which no file holds: this one has them as plain levels; `sphereboard render` and `view` \
+             show them go when they build the tree themselves, with --method {method}"
+        )
+    });
+    leaves.into_iter().chain(kinds.iter().map(note)).collect()
 }
 
 /// Costs by level, for people.
@@ -163,7 +176,11 @@ fn table(built: &BuiltTree, file_bytes: usize) -> String {
     };
     let mut rows = vec![HEAD.map(str::to_owned)];
     for (level, (name, stats)) in built.levels.iter().zip(Stats::of_levels(built)) {
-        rows.push(row(&name, format!("{} heights, {:.0} m", level.distance, level.distance * built.height_m()), &stats));
+        rows.push(row(
+            &name,
+            format!("{} heights, {} m", three_digits(level.distance), three_digits(level.distance * built.height_m())),
+            &stats,
+        ));
     }
     if built.levels.len() > 1 {
         rows.push(row("everything", String::new(), &Stats::of_all(built)));
@@ -200,6 +217,13 @@ pub fn aligned<const N: usize>(rows: &[[String; N]], left: usize) -> Vec<String>
     let line =
         |row: &[String; N]| row.iter().zip(widths).enumerate().map(cell).collect::<Vec<_>>().join("  ").trim_end().to_owned();
     rows.iter().map(line).collect()
+}
+
+/// A number with three digits that count, or all before the point: 0.302, 5, 12.5, 1234.
+fn three_digits(number: f32) -> String {
+    let before = if number.abs() > 0.0 { number.abs().log10().floor() as i32 + 1 } else { 1 };
+    let text = format!("{number:.places$}", places = (3 - before).clamp(0, 9) as usize);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// 1234567 as 1,234,567.

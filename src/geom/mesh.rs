@@ -24,6 +24,18 @@ impl Bounds {
         self.max - self.min
     }
 
+    /// At what height a tree with this box stands, metres. Trees stand at the origin, though a root may dip under it and a crown without its
+    /// trunk hang over it; one that lies elsewhere, as files have it that centre theirs, stands on the lowest that there is of it.
+    pub fn foot_y(&self) -> f32 {
+        let high = self.size().y;
+        if (-0.1 * high..=high).contains(&self.min.y) { 0.0 } else { self.min.y }
+    }
+
+    /// Height of a tree with this box above where it stands, metres, never 0: what distances and wind are measured in.
+    pub fn height_m(&self) -> f32 {
+        (self.max.y - self.foot_y()).max(1e-3)
+    }
+
     /// Middle.
     pub fn center(&self) -> Vec3 {
         0.5 * (self.min + self.max)
@@ -85,5 +97,19 @@ impl PolyMesh {
             t.iter().for_each(|&i| normals[i as usize] += area_normal);
         }
         normals.iter().map(|n| n.normalize_or(Vec3::Y)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tree_is_as_high_as_it_stands_over_its_foot() {
+        let height = |low: f32, high: f32| Bounds { min: Vec3::new(-1.0, low, -1.0), max: Vec3::new(1.0, high, 1.0) }.height_m();
+        // At the origin: exactly, with a root under it, without its trunk.
+        assert_eq!((height(0.0, 10.0), height(-0.3, 10.0), height(4.0, 10.0)), (10.0, 10.0, 10.0));
+        assert_eq!((height(-50.0, -40.0), height(100.0, 110.0), height(-5.0, 5.0)), (10.0, 10.0, 10.0));
+        assert!(height(0.0, 0.0) > 0.0 && height(-7.0, -7.0) > 0.0);
     }
 }

@@ -127,8 +127,8 @@ pub struct Material {
     pub stand_in: u32,
     /// Middle of the tree's box, object space.
     pub tree_center: [f32; 3],
-    /// Unused: keeps the next on a multiple of 16.
-    pub pad: f32,
+    /// At what height the tree stands, metres, object space: 0 but in files that centre theirs.
+    pub tree_foot_m: f32,
     /// Half the size of that box, metres.
     pub tree_half: [f32; 3],
     /// Unused: keeps the size a multiple of 16.

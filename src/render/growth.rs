@@ -144,7 +144,9 @@ impl GrowthInput {
         for stand in stands {
             for instance in stand.instances {
                 // Smooth outlines reach a pixel farther.
-                seer.rect(stand.tree.reach(), instance).into_iter().for_each(|rect| tree_tiles.add(grown_by(rect, 1.0)));
+                seer.rect(stand.tree, stand.tree.reach(), instance)
+                    .into_iter()
+                    .for_each(|rect| tree_tiles.add(grown_by(rect, 1.0)));
             }
         }
         if shot.stage == Stage::Unshaped {
@@ -264,11 +266,11 @@ impl<'a> Seer<'a> {
         }
     }
 
-    /// Where a box of an instance may be seen, wherever the wind pushes it.
-    fn rect(&self, bounds: Option<Bounds>, instance: &layout::Instance) -> Option<[f32; 4]> {
+    /// Where a box of an instance of a tree may be seen, wherever the wind pushes it.
+    fn rect(&self, tree: &Tree, bounds: Option<Bounds>, instance: &layout::Instance) -> Option<[f32; 4]> {
         let (world_from_object, _) = placed(instance);
         let bounds = bounds?;
-        let reach = Vec3::splat(self.sway.reach_m(bounds.max.y));
+        let reach = Vec3::splat(self.sway.reach_m(bounds.max.y - tree.foot_y()));
         let swayed = Bounds { min: bounds.min - reach, max: bounds.max + reach };
         screen_rect(&(self.clip_from_world * world_from_object), swayed, self.size_px)
     }
@@ -297,7 +299,7 @@ impl<'a> Seer<'a> {
             return None;
         }
         let (world_from_object, turn) = placed(instance);
-        let rect = self.rect(Some(crown.bounds), instance)?;
+        let rect = self.rect(tree, Some(crown.bounds), instance)?;
         let center = world_from_object.transform_point3(crown.center);
         // Of its nearest point: nothing of the crown grows longer.
         let radius = crown.half_axes.max_element() * instance.scale;
@@ -314,7 +316,7 @@ impl<'a> Seer<'a> {
         if longest_px < 1.0 {
             return None;
         }
-        let reach_m = crown.bounds.size().length() * instance.scale + self.sway.reach_m(crown.bounds.max.y);
+        let reach_m = crown.bounds.size().length() * instance.scale + self.sway.reach_m(crown.bounds.max.y - tree.foot_y());
         self.farthest_m.set(self.farthest_m.get().max(distance + reach_m));
         let object = |v: Vec3| turn.inverse() * v;
         let view = LimbView {

@@ -155,7 +155,8 @@ fn material_of(part: &Part, PlaceInTree { bounds: tree, crown, .. }: PlaceInTree
         grows: crown,
         two_sided: u32::from(*two_sided),
         crown_reach: [half.x.max(half.z), half.y],
-        tree_height_m: tree.max.y.max(1e-3),
+        tree_height_m: tree.height_m(),
+        tree_foot_m: tree.foot_y(),
         // Only leaves are cut out of what they are painted on.
         foliage: f32::from(u8::from(alpha_cutoff.is_some())),
         normal_mapped: u32::from(normal_texture.is_some()),
@@ -182,7 +183,7 @@ fn is_stand_in(part: &Part, tree: Bounds) -> bool {
         })
         .sum();
     let captured = alpha_cutoff.is_some() && normal_texture.is_some() && part.crown_center.is_none();
-    captured && area > (CARD * tree.max.y).powi(2) * mesh.polygon_count() as f32
+    captured && area > (CARD * tree.height_m()).powi(2) * mesh.polygon_count() as f32
 }
 
 fn presence_of(part: &Part, drawn: &Drawn, seen: &Seen) -> layout::Presence {

@@ -115,7 +115,12 @@ impl Tree {
 
     /// Its height above its foot, metres: what wind and distances are scaled by.
     pub fn height_m(&self) -> f32 {
-        self.bounds.map_or(1.0, |b| b.max.y.max(1e-3))
+        self.bounds.map_or(1.0, |b| b.height_m())
+    }
+
+    /// At what height it stands, metres, object space.
+    pub fn foot_y(&self) -> f32 {
+        self.bounds.map_or(0.0, |b| b.foot_y())
     }
 
     /// Triangles of one instance.

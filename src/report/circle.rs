@@ -46,9 +46,9 @@ pub fn agreement(
 pub fn surveyed_height_m(renderer: &mut Renderer, truth: &ReferenceTree, azimuth_rad: f32) -> Result<f64> {
     let grown = renderer.upload(&truth.foliage)?;
     let crown = outline(renderer, &grown, truth, azimuth_rad)?.without_crumbs(SilhouetteParams::default().min_piece);
-    let Some(area) = crown.bounds() else { return Ok(f64::from(truth.bounds.max.y)) };
+    let Some(area) = crown.bounds() else { return Ok(f64::from(truth.bounds.height_m())) };
     let top = 1.0 - 2.0 * f64::from(area.y) / f64::from(SIDE_PX);
-    Ok(f64::from(truth.bounds.center().y) + top * f64::from(half_height_m(truth)))
+    Ok(f64::from(truth.bounds.center().y - truth.bounds.foot_y()) + top * f64::from(half_height_m(truth)))
 }
 
 fn half_height_m(truth: &ReferenceTree) -> f32 {

@@ -39,7 +39,7 @@ pub fn seen_from(
     azimuth_deg: f32,
     elevation_deg: f32,
 ) -> Result<image::RgbaImage> {
-    let height_m = bounds.max.y.max(1e-3);
+    let height_m = bounds.height_m();
     let distance_m = distance * height_m;
     let side_px = (2.0 * half_extent(bounds) * REFERENCE_FOCAL_PX / distance_m).ceil().clamp(8.0, 2048.0);
     let orbit = Camera::orbit(bounds.center(), azimuth_deg.to_radians(), elevation_deg.to_radians(), distance_m);

@@ -277,7 +277,7 @@ impl BuiltTree {
 
     /// Height of the tree, metres: what distances are measured in.
     pub fn height_m(&self) -> f32 {
-        self.bounds.max.y.max(1e-3)
+        self.bounds.height_m()
     }
 
     /// The parts of which anything is seen at a distance from the tree's middle.
@@ -384,6 +384,25 @@ mod tests {
             assert!(distances[0] < 10.0 && distances[1..] == [17.0, 60.0], "{distances:?}");
             let shares = joined.parts.iter().map(|part| part.seen.share_at(distances[0]));
             assert!(shares.clone().all(|share| share == 0.0 || share == 1.0) && shares.sum::<f32>() == parts_seen, "{distances:?}");
+        }
+    }
+
+    #[test]
+    fn levels_are_as_far_wherever_a_file_has_put_its_tree() {
+        use crate::repr::trial::{tree, tree_at};
+        let settings = crate::repr::Settings::default();
+        for method in ["meshopt", "box-hierarchy", "crossed-planes", "octahedral"] {
+            let trunk = (method == "box-hierarchy").then_some("geometry");
+            let order = crate::repr::Order { method, trunk, settings: &settings, seed: crate::Seed(1) };
+            let built = |source| crate::repr::build(&order, &source, &crate::repr::SoftwareCapture::new()).unwrap();
+            let here = built(tree());
+            for y in [-50.0, 100.0] {
+                let there = built(tree_at(Vec3::Y * y));
+                assert!((there.height_m() - here.height_m()).abs() < 1e-3, "{method} at {y}: {} m", there.height_m());
+                for (a, b) in here.levels.iter().zip(&there.levels) {
+                    assert!((a.distance / b.distance - 1.0).abs() < 0.02, "{method} at {y}: {} and {}", a.distance, b.distance);
+                }
+            }
         }
     }
 

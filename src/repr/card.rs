@@ -75,17 +75,32 @@ const BATCH_TEXELS: u64 = 1 << 23;
 /// is checked on what was built ([`super::limits`]).
 const LIMIT_BYTES: u64 = 1 << 30;
 
+/// Texels for which there are [`LIMIT_BYTES`]: of a picture and its normals, 4 bytes each, and a third for their smaller sizes.
+const LIMIT_TEXELS: u64 = LIMIT_BYTES * 3 / (8 * 4);
+
+/// Refuses so many pictures of so many texels each, when they would take more than 1 GiB; `lower` names what to lower.
+///
+/// # Errors
+/// [`Error::TooManyPictures`].
+pub fn check_room(pictures: usize, texels_each: u64, lower: &'static str) -> Result<()> {
+    let texels = (pictures as u64).saturating_mul(texels_each);
+    if texels <= LIMIT_TEXELS { Ok(()) } else { Err(too_many(pictures, texels, LIMIT_TEXELS, lower)) }
+}
+
+/// Pictures that would take `texels`, where there is room for `room`.
+pub fn too_many(pictures: usize, texels: u64, room: u64, lower: &'static str) -> Error {
+    let mib = |texels: u64| (texels.saturating_mul(8) / 3).saturating_mul(4) >> 20;
+    Error::TooManyPictures { limit_mib: mib(room), pictures, found_mib: mib(texels), lower }
+}
+
 /// Takes `cards` of `parts`: a part each, seen from both sides; `None` for one in which nothing is seen.
 ///
 /// # Errors
 /// [`Error::TooManyPictures`] when they would take more than 1 GiB, and those of [`Capture::take`].
 pub fn captured(capture: &dyn Capture, parts: &[&Part], cards: &[Card]) -> Result<Vec<Option<Part>>> {
     let texels = |card: &Card| u64::from(card.size_px[0]) * u64::from(card.size_px[1]);
-    // A picture and its normals, 4 bytes a texel each, and a third for their smaller sizes.
-    let bytes = cards.iter().map(texels).sum::<u64>() * 8 / 3 * 4;
-    if bytes > LIMIT_BYTES {
-        return Err(Error::TooManyPictures { limit_mib: LIMIT_BYTES >> 20, pictures: cards.len(), found_mib: bytes >> 20 });
-    }
+    let all = cards.iter().map(texels).sum::<u64>();
+    check_room(cards.len(), all.div_ceil(cards.len().max(1) as u64), "texture_px or how many there are")?;
     let largest = cards.iter().map(texels).max().unwrap_or(1).max(1);
     let mut made = Vec::with_capacity(cards.len());
     for cards in cards.chunks((BATCH_TEXELS / largest).max(1) as usize) {

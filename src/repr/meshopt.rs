@@ -88,7 +88,7 @@ impl Representation for Meshopt {
         let warnings =
             levels.iter().filter(|(_, lost)| *lost > TOLD_LOSS).map(|(rung, lost)| lost_leaves(&rung.name, *lost)).collect();
         let rungs = levels.into_iter().map(|(rung, _)| rung).filter(|rung| !rung.parts.is_empty()).collect();
-        let (parts, levels) = relieving(rungs, bounds.center(), params.error_px as f32, bounds.max.y);
+        let (parts, levels) = relieving(rungs, bounds.center(), params.error_px as f32, bounds.height_m());
         Ok(BuiltTree { levels, warnings, ..BuiltTree::new(bounds, parts) })
     }
 }

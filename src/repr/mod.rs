@@ -57,9 +57,9 @@ pub const METHODS: &[&dyn Representation] = &[
     &billboard_cloud::BillboardCloud,
     &meshopt::Meshopt,
     &lodf::Lodf,
-    &multichain::Multichain,
-    &lodstrips::LodstripsWood,
     &vdf::Vdf,
+    &lodstrips::LodstripsWood,
+    &multichain::Multichain,
 ];
 
 /// How much of a tree a method builds.
@@ -178,16 +178,52 @@ pub struct Order<'a> {
 pub fn build(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Result<BuiltTree> {
     let begun = Instant::now();
     let main = method(order.method)?;
+    let mut built: Option<BuiltTree> = None;
+    for task in tasks(order, source)? {
+        let own = task.method.build(&task.job(order, source, capture))?;
+        built = Some(match built {
+            Some(before) => before.joined(own),
+            None => own,
+        });
+    }
+    let built = built.ok_or_else(|| Error::Internal { stage: "repr", what: format!("{}: nothing to do", main.id()) })?;
+    built.check().map_err(|what| Error::Internal { stage: "repr", what: format!("{}: {what}", main.id()) })?;
+    Ok(BuiltTree { method: main.id().to_owned(), build_ms: begun.elapsed().as_secs_f64() * 1e3, ..built })
+}
+
+/// What one method does for an order.
+pub(crate) struct Task {
+    /// The method.
+    pub method: &'static dyn Representation,
+    /// What it builds of the tree.
+    pub scope: Scope,
+    /// Its own parameters.
+    pub settings: Settings,
+}
+
+impl Task {
+    /// What the method gets for it.
+    pub fn job<'a>(&'a self, order: &Order, source: &'a TreeSource, capture: &'a dyn Capture) -> Job<'a> {
+        Job { source, scope: self.scope, settings: &self.settings, seed: order.seed, capture }
+    }
+}
+
+/// Who builds what of `source`, the leaves before the wood. Everything that can be known to be wrong with an order before work is spent on
+/// it is refused here, whatever is made of it.
+///
+/// # Errors
+/// Those of [`build`] but the methods' own.
+pub(crate) fn tasks(order: &Order, source: &TreeSource) -> Result<Vec<Task>> {
+    let main = method(order.method)?;
     limits::check_source(source)?;
     let (own, for_trunk) = order.settings.split("trunk.");
     let scopes = main.scopes();
-    let make = |method: &dyn Representation, scope, settings: &Settings| {
+    let task = |method: &'static dyn Representation, scope, settings: Settings| {
         takes(method, source)?;
         settings.check(method)?;
-        method.build(&Job { source, scope, settings, seed: order.seed, capture })
+        Ok(Task { method, scope, settings })
     };
-    let joins = scopes.contains(&Scope::Foliage) && (order.trunk.is_some() || scopes[0] == Scope::Foliage);
-    let built = if joins {
+    if scopes.contains(&Scope::Foliage) && (order.trunk.is_some() || scopes[0] == Scope::Foliage) {
         let partner = wood_method(main, order.trunk, source)?;
         if !partner.scopes().contains(&Scope::Wood) {
             return Err(Error::UnknownMethod { known: ids_of(Scope::Wood), found: partner.id().to_owned() });
@@ -195,26 +231,31 @@ pub fn build(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Resul
         let (foliage, wood) = rayon::join(|| make(main, Scope::Foliage, &own), || make(partner, Scope::Wood, &for_trunk));
         foliage?.joined(wood?)
     } else if order.trunk.is_some() || !for_trunk.is_empty() {
+        return Ok(vec![task(main, Scope::Foliage, own)?, task(partner, Scope::Wood, for_trunk)?]);
+    }
+    if order.trunk.is_some() || !for_trunk.is_empty() {
         let why = format!("it builds {}", if scopes[0] == Scope::Wood { "the wood itself" } else { "the whole tree" });
         return Err(Error::NotApplicable { method: main.id(), source_name: "--trunk".to_owned(), why });
-    } else if scopes[0] == Scope::Wood {
-        make(method("geometry")?, Scope::Foliage, &Settings::default())?.joined(make(main, Scope::Wood, &own)?)
-    } else {
-        make(main, Scope::Tree, &own)?
-    };
-    built.check().map_err(|what| Error::Internal { stage: "repr", what: format!("{}: {what}", main.id()) })?;
-    Ok(BuiltTree { method: main.id().to_owned(), build_ms: begun.elapsed().as_secs_f64() * 1e3, ..built })
+    }
+    if scopes[0] == Scope::Wood {
+        return Ok(vec![task(method("geometry")?, Scope::Foliage, Settings::default())?, task(main, Scope::Wood, own)?]);
+    }
+    Ok(vec![task(main, Scope::Tree, own)?])
 }
 
 /// Who builds the wood of `source` beside `main`, which builds its leaves.
 ///
 /// # Errors
-/// [`Error::UnknownMethod`] for one that is asked for and not there.
-pub fn wood_method(main: &dyn Representation, asked: Option<&str>, source: &TreeSource) -> Result<&'static dyn Representation> {
-    match asked {
-        Some(id) => method(id),
-        None => method(main.partner()).and_then(|own| if takes(own, source).is_ok() { Ok(own) } else { method("geometry") }),
+/// [`Error::UnknownMethod`] for one that is asked for and not there, or builds no wood.
+fn wood_method(main: &dyn Representation, asked: Option<&str>, source: &TreeSource) -> Result<&'static dyn Representation> {
+    let partner = match asked {
+        Some(id) => method(id)?,
+        None => method(main.partner()).and_then(|own| if takes(own, source).is_ok() { Ok(own) } else { method("geometry") })?,
+    };
+    if partner.scopes().contains(&Scope::Wood) {
+        return Ok(partner);
     }
+    Err(Error::UnknownMethod { known: ids_of(Scope::Wood), found: partner.id().to_owned() })
 }
 
 /// Whether `method` takes `source`.

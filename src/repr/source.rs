@@ -11,9 +11,9 @@ use crate::model::reference::{Asked, ReferenceTree};
 use crate::model::{Growth, Part, TreeModel};
 use crate::plant::Skeleton;
 use crate::plant::presets::{PRESETS, Preset, preset};
-use crate::{Error, Result, Seed, Warning};
+use crate::{Error, Result, Seed, Warning, files};
 
-use super::Scope;
+use super::{Scope, file};
 
 /// A tree to stand for; metres, +Y up, foot at the origin.
 #[derive(Debug, Clone)]
@@ -74,17 +74,28 @@ pub fn open_model(text: &str) -> Result<Imported> {
     })
 }
 
+/// Refuses what `sphereboard bake` wrote: it looks like a tree, but a stand-in for it would stand for cards and boxes.
+fn refuse_built(path: &Path) -> Result<()> {
+    // What cannot be read is told by whoever reads it next.
+    let Some(read) = files::read_whole(path, u64::MAX).ok().and_then(|bytes| file::read(&bytes)) else { return Ok(()) };
+    Err(match read {
+        Ok((built, origin)) => Error::AlreadyBuilt { path: path.to_owned(), method: built.method, source_name: origin.source },
+        Err(cause) => Error::InFile { path: path.to_owned(), cause: Box::new(cause) },
+    })
+}
+
 impl TreeSource {
     /// What a user names: a preset, grown here with its bones, or the file of a model. `asked` says which materials of a file are wood or
     /// foliage.
     ///
     /// # Errors
-    /// [`Error::UnknownTree`] for neither, those of [`import::open`] and [`ReferenceTree::new`].
+    /// [`Error::UnknownTree`] for neither, [`Error::AlreadyBuilt`] for what a method has built of a tree, those of [`import::open`] and [`ReferenceTree::new`].
     pub fn open(text: &str, asked: &Asked, seed: Seed) -> Result<(Self, Vec<Warning>)> {
         if let Some(preset) = preset(text) {
             return Self::grown(preset, None, asked, seed);
         }
         let path = Path::new(text);
+        refuse_built(path)?;
         let imported = open_model(text)?;
         let name = path.file_stem().map_or_else(|| "tree".to_owned(), |stem| stem.to_string_lossy().into_owned());
         if let Some(model) = imported.tree_model {
@@ -182,7 +193,7 @@ impl TreeSource {
         let scope = if self.bounds(Scope::Wood).is_some() { Scope::Wood } else { Scope::Tree };
         let low = |all: Bounds| Bounds::of(self.points(scope).filter(|p| p.y <= all.min.y + 0.05 * all.size().y));
         let middle = self.bounds(scope).and_then(low).map_or(Vec3::ZERO, |foot| foot.center());
-        Vec3::new(middle.x, 0.0, middle.z)
+        Vec3::new(middle.x, self.bounds(Scope::Tree).map_or(0.0, |all| all.foot_y()), middle.z)
     }
 
     /// Why no picture can be taken of it; `None` where one can.

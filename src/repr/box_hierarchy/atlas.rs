@@ -18,6 +18,9 @@ use crate::repr::card::{cut_out, tangent_normals};
 /// Texels of a picture's rim, on every side.
 pub const RIM_PX: u32 = 2;
 
+/// Texels of a box taken at a time: some 50 bytes each while they are, and several boxes are taken at once.
+const BATCH_TEXELS: u32 = 1 << 21;
+
 /// Colour with alpha, and normals in tangent space, of a level's pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Atlas {
@@ -43,12 +46,18 @@ pub struct Taken {
 /// # Errors
 /// Those of [`Capture::take`].
 pub fn take(capture: &dyn Capture, parts: &[&Part], planes: &[Plane], side_px: u32) -> Result<Vec<Taken>> {
-    let views: Vec<View> = planes.iter().map(|plane| view(plane, side_px)).collect();
-    let taken = capture.take(parts, &views)?;
-    let picture = |(plane, taken): (usize, &raster::Capture)| {
-        Some(Taken { color: cut_out(taken)?, normals: tangent_normals(taken, planes[plane].axes), plane })
-    };
-    Ok(taken.par_iter().enumerate().filter_map(picture).collect())
+    let mut pictures = vec![];
+    let batch = (BATCH_TEXELS / side_px.pow(2)).max(1) as usize;
+    for first in (0..planes.len()).step_by(batch) {
+        let planes = &planes[first..planes.len().min(first + batch)];
+        let views: Vec<View> = planes.iter().map(|plane| view(plane, side_px)).collect();
+        let taken = capture.take(parts, &views)?;
+        let picture = |(own, taken): (usize, &raster::Capture)| {
+            Some(Taken { color: cut_out(taken)?, normals: tangent_normals(taken, planes[own].axes), plane: first + own })
+        };
+        pictures.par_extend(taken.par_iter().enumerate().filter_map(picture));
+    }
+    Ok(pictures)
 }
 
 /// The plane's window, grown across by the rim.
@@ -61,6 +70,13 @@ fn view(plane: &Plane, side_px: u32) -> View {
     View::of_window(plane.axes, rimmed(plane.window, side_px), side_px, side_px)
 }
 
+/// Columns and rows of a grid of so many pictures: as square as it gets with a power of two of columns.
+pub fn cells(count: u32) -> [u32; 2] {
+    let square = f64::from(count).sqrt().ceil() as u32;
+    let columns = square.next_power_of_two().max(2).min(count.next_power_of_two());
+    [columns, count.div_ceil(columns)]
+}
+
 /// Puts pictures of `side_px` into a grid; where each stands comes with it, as texture coordinates of its top left and bottom right.
 /// `None` without any.
 pub fn packed<'a>(pictures: impl ExactSizeIterator<Item = &'a Taken>, side_px: u32) -> Option<(Atlas, Vec<[Vec2; 2]>)> {
@@ -68,8 +84,7 @@ pub fn packed<'a>(pictures: impl ExactSizeIterator<Item = &'a Taken>, side_px: u
     if count == 0 {
         return None;
     }
-    let columns = (1..).map(|k| 1u32 << k).find(|columns| columns * columns >= count)?.min(count.next_power_of_two());
-    let rows = count.div_ceil(columns);
+    let [columns, rows] = cells(count);
     let mut color = RgbaImage::new(columns * side_px, rows * side_px);
     let mut normals = RgbaImage::from_pixel(columns * side_px, rows * side_px, image::Rgba([128, 128, 255, 255]));
     let size = Vec2::new(columns as f32, rows as f32);

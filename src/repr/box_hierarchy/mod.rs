@@ -22,9 +22,10 @@ use rayon::prelude::*;
 
 use super::built::REFERENCE_FOCAL_PX;
 use super::file::Origin;
-use super::{BuiltTree, Capture, Job, Order, Representation, Scope, SourceKind, TreeSource, takes, wood_method};
+use super::{BuiltTree, Capture, Job, Order, Representation, Scope, SourceKind, TreeSource, card, tasks};
 use crate::geom::{PolyMesh, Surface};
 use crate::model::Part;
+use crate::model::glb::MAX_TEXTURE_PX;
 use crate::model::reference::{Leaf, ReferenceTree};
 use crate::params::{ParamSet, ParamSpec, PowerOfTwo};
 use crate::{Error, Result, params};
@@ -100,31 +101,42 @@ impl Representation for BoxHierarchy {
     }
 
     fn build(&self, job: &Job) -> Result<BuiltTree> {
-        let crown = crown(job)?;
-        Ok(BuiltTree { levels: crown.levels(), ..BuiltTree::new(job.source.box_of_all()?, crown.parts()) })
+        built(&crown(job)?, job.source)
     }
 }
 
-/// What is ordered, as a stream: the boxes, and the wood as its method builds it. The method that is ordered is taken to be this one.
+/// What is ordered, as a stream: the boxes, and the wood as its method builds it. With it comes the tree as [`super::build`] has it, which tells
+/// what it costs and what a user should know.
 ///
 /// # Errors
-/// Those of [`super::build`], and of [`Stream::of`].
-pub fn stream(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Result<Stream> {
-    let (own, for_trunk) = order.settings.split("trunk.");
-    let job = |scope, settings| Job { source, scope, settings, seed: order.seed, capture };
-    takes(&BoxHierarchy, source)?;
-    own.check(&BoxHierarchy)?;
-    let crown = crown(&job(Scope::Foliage, &own))?;
-    let wood = if source.parts(Scope::Wood).is_empty() {
-        None
-    } else {
-        let partner = wood_method(&BoxHierarchy, order.trunk, source)?;
-        takes(partner, source)?;
-        for_trunk.check(partner)?;
-        let wood = partner.build(&job(Scope::Wood, &for_trunk))?;
-        Some(BuiltTree { method: partner.id().to_owned(), ..wood })
+/// Those of [`super::build`] and of [`Stream::of`]; [`Error::NotApplicable`] when another method is ordered.
+pub fn stream(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Result<(Stream, BuiltTree)> {
+    let tasks = tasks(order, source)?;
+    let [boxes, wood] = &tasks[..] else { return Err(no_stream(order)) };
+    if boxes.method.id() != BoxHierarchy.id() {
+        return Err(no_stream(order));
+    }
+    let crown = crown(&boxes.job(order, source, capture))?;
+    let mut built = built(&crown, source)?;
+    let wood = match source.parts(Scope::Wood).is_empty() {
+        true => None,
+        false => Some(BuiltTree { method: wood.method.id().to_owned(), ..wood.method.build(&wood.job(order, source, capture))? }),
     };
-    Stream::of(&crown, source.box_of_all()?, wood.as_ref(), &Origin::of(order, source.name())?)
+    let stream = Stream::of(&crown, source.box_of_all()?, wood.as_ref(), &Origin::of(order, source.name())?)?;
+    if let Some(wood) = wood {
+        built = built.joined(wood);
+    }
+    Ok((stream, BuiltTree { method: BoxHierarchy.id().to_owned(), ..built }))
+}
+
+fn no_stream(order: &Order) -> Error {
+    let why = format!("only {} makes streams", BoxHierarchy.id());
+    let method = super::method(order.method).map_or(BoxHierarchy.id(), |method| method.id());
+    Error::NotApplicable { method, source_name: "--stream".to_owned(), why }
+}
+
+fn built(crown: &Crown, source: &TreeSource) -> Result<BuiltTree> {
+    Ok(BuiltTree { levels: crown.levels(), ..BuiltTree::new(source.box_of_all()?, crown.parts()) })
 }
 
 /// The boxes of a tree's leaves with their pictures: what [`BoxHierarchy`] builds its parts from, and what goes into a stream.
@@ -152,6 +164,7 @@ pub fn crown(job: &Job) -> Result<Crown> {
     let height_m = BuiltTree::new(job.source.box_of_all()?, vec![]).height_m();
     let side_px = params.picture_px.0;
     let planes_of = |own: &PlannedBox| planes(own.bounds, params.arrangement, params.slices);
+    check_room(&planned, &params)?;
     let taken = |own: &PlannedBox| pictures_of(job, tree, &branches, own, &planes_of(own), &params);
     let pictures: Vec<Vec<Taken>> = planned.par_iter().map(taken).collect::<Result<_>>()?;
 
@@ -174,6 +187,22 @@ pub fn crown(job: &Job) -> Result<Crown> {
         Crown { height_m, band: params.box_fade as f32, arrangement: params.arrangement, leaves: leaves.collect(), boxes, atlases };
     crown.nest_distances();
     Ok(crown)
+}
+
+/// Refuses more pictures than memory or the atlas of a depth has room for, before any is taken.
+fn check_room(planned: &[PlannedBox], params: &BoxParams) -> Result<()> {
+    let (lower, side_px) = ("picture_px, most_boxes or slices", params.picture_px.0);
+    let each = params.arrangement.pictures(params.slices) as usize;
+    card::check_room(planned.len() * each, u64::from(side_px).pow(2), lower)?;
+    for depth in 0..=planned.iter().map(|own| own.depth).max().unwrap_or(0) {
+        let pictures = planned.iter().filter(|own| own.depth == depth).count() * each;
+        let [columns, rows] = atlas::cells(pictures as u32);
+        if columns.max(rows).saturating_mul(side_px) > MAX_TEXTURE_PX {
+            let room = u64::from(MAX_TEXTURE_PX).pow(2);
+            return Err(card::too_many(pictures, u64::from(columns * rows) * u64::from(side_px).pow(2), room, lower));
+        }
+    }
+    Ok(())
 }
 
 /// The pictures of a box.

@@ -33,6 +33,14 @@ impl Arrangement {
         }
     }
 
+    /// How many pictures a box has at most.
+    pub fn pictures(self, slices: u32) -> u32 {
+        match self {
+            Self::Axes | Self::Diagonal => 6,
+            Self::Volume => 3 * slices,
+        }
+    }
+
     /// Which of a box's planes show a leaf with that middle. All, but of every two that cross along an axis only the nearer one: else a crown
     /// would be twice as dense from everywhere, and leaves would stand far from where they are (ours).
     pub fn shows(self, planes: &[Plane], number: usize, middle: Vec3) -> bool {

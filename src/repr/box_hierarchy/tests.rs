@@ -369,6 +369,50 @@ fn one_leaf_is_a_box_and_none_is_refused() {
     assert!(matches!(BoxHierarchy.build(&job), Err(Error::NotApplicable { .. })));
 }
 
+#[test]
+fn a_stream_is_ordered_as_a_file_is() {
+    let source = TreeSource::reference(tufted(6, 40));
+    let settings = Settings::default();
+    let of = |method, trunk| stream(&Order { method, trunk, settings: &settings, seed: Seed(1) }, &source, &SoftwareCapture::new());
+    for trunk in ["billboard", "lodf", "no-such"] {
+        assert!(matches!(of("box-hierarchy", Some(trunk)), Err(Error::UnknownMethod { .. })), "{trunk}");
+    }
+    assert!(matches!(of("geometry", None), Err(Error::NotApplicable { .. })));
+    let (stream, built) = of("box-hierarchy", None).unwrap();
+    let order = Order { method: "box-hierarchy", trunk: None, settings: &settings, seed: Seed(1) };
+    let plain = crate::repr::build(&order, &source, &SoftwareCapture::new()).unwrap();
+    assert!(received(&stream.0).is_ok() && built.parts.len() == plain.parts.len() && built.levels == plain.levels);
+    assert!(built.parts.iter().zip(&plain.parts).all(|(a, b)| a.part == b.part && a.seen == b.seen));
+}
+
+#[test]
+fn the_colours_of_an_oak_fit_into_250_kb() {
+    let crown = crown_of(OAK.clone(), &["picture_px=64", "least_leaves=128"]);
+    let bytes = stream_of(&crown).color_bytes();
+    println!("{bytes} bytes of colour");
+    assert!((50_000..=250_000).contains(&bytes), "{bytes} bytes");
+}
+
+#[test]
+fn pictures_without_room_are_refused_before_they_are_taken() {
+    struct Untaken;
+    impl Capture for Untaken {
+        fn take(&self, _: &[&Part], _: &[crate::raster::View]) -> Result<Vec<crate::raster::Capture>> {
+            panic!("a picture was taken")
+        }
+    }
+    let source = TreeSource::reference(tufted(12, 60));
+    let set = ["arrangement=volume", "slices=32", "picture_px=512", "least_share=0", "least_leaves=1"];
+    let settings = Settings::parse(set).unwrap();
+    let job = Job { source: &source, scope: Scope::Foliage, settings: &settings, seed: Seed(1), capture: &Untaken };
+    let refused = crown(&job).unwrap_err();
+    assert!(matches!(refused, Error::TooManyPictures { .. }) && refused.to_string().contains("picture_px"), "{refused}");
+    for count in 1..5000u32 {
+        let [columns, rows] = atlas::cells(count);
+        assert!(columns.is_power_of_two() && columns * rows >= count && columns * (rows - 1) < count && rows <= columns, "{count}");
+    }
+}
+
 /// Prints figures of a preset: `TREE=oak SET="picture_px=128" OUT=folder cargo test box_hierarchy -- --ignored --nocapture`.
 #[test]
 #[ignore = "figures, not a check"]

@@ -82,7 +82,7 @@ impl Representation for Multichain {
         let with_leaves = job.scope == Scope::Tree;
         let added = additions(tree, skeleton, &order, &ends, with_leaves, job.seed);
         let errors_m: Vec<f32> = (0..ends.len()).map(|level| error_m(skeleton, &order, ends[level], &added[..level])).collect();
-        let switches = switches(&errors_m, params.error_px as f32, bounds.max.y);
+        let switches = switches(&errors_m, params.error_px as f32, bounds.height_m());
         let levels = (0..).zip(middles(&switches)).map(|(level, distance)| Level { name: name(&order, ends[level]), distance });
         let parts = added.into_iter().enumerate().flat_map(|(level, addition)| {
             let far = switches.get(level + 1).copied().unwrap_or(f32::MAX);
