@@ -98,15 +98,15 @@ pub fn captured(capture: &dyn Capture, parts: &[&Part], cards: &[Card]) -> Resul
 }
 
 /// Of each picture of `parts`, row by row, whether a pixel shows foliage ([`LEAF`]) or wood ([`WOOD`]): by what is nearest in it, as its
-/// normal is. Foliage is what is cut out, as renderers have it, so that a card is lit as what it shows. Where nothing is seen it is foliage.
+/// normal is. Foliage is what is cut out or seen from both sides, as in files (`model::glb`). All is foliage where there is nothing else to
+/// tell it from.
 ///
 /// # Errors
 /// Those of [`Capture::take`].
 pub fn leaves(capture: &dyn Capture, parts: &[&Part], views: &[View], taken: &[raster::Capture]) -> Result<Vec<Vec<u8>>> {
-    let (cut, solid): (Vec<&Part>, Vec<&Part>) = parts.iter().partition(|part| part.material.alpha_cutoff.is_some());
-    let all = |kind: u8| taken.iter().map(|taken| vec![kind; taken.depth_m.len()]).collect();
+    let (cut, solid): (Vec<&Part>, Vec<&Part>) = parts.iter().partition(|part| is_foliage(&part.material));
     if solid.is_empty() || cut.is_empty() {
-        return Ok(all(if solid.is_empty() { LEAF } else { WOOD }));
+        return Ok(taken.iter().map(|taken| vec![LEAF; taken.depth_m.len()]).collect());
     }
     // Devices round depth according to what there is to see.
     let slack_m = |view: &View| 1e-4 * view.half_size_m.max_element();
@@ -116,6 +116,10 @@ pub fn leaves(capture: &dyn Capture, parts: &[&Part], views: &[View], taken: &[r
         taken.depth_m.iter().zip(&wood.depth_m).map(|at| if is_wood(at) { WOOD } else { LEAF }).collect()
     };
     Ok(views.iter().zip(taken).zip(&wood).map(of).collect())
+}
+
+fn is_foliage(material: &Material) -> bool {
+    material.alpha_cutoff.is_some() || material.two_sided
 }
 
 /// Alpha of a card's normals where it shows foliage.
@@ -238,6 +242,18 @@ mod tests {
         let there = texture.pixels().filter(|p| f32::from(p.0[3]) >= 255.0 * ALPHA_CUTOFF).count() as f32 / 1024.0;
         assert!((there - 0.2).abs() < 0.02, "{there}");
         assert_eq!(texture.get_pixel(0, 0).0[..3], texture.get_pixel(16, 16).0[..3], "bled");
+    }
+
+    #[test]
+    fn wood_is_told_from_the_leaves_before_and_behind_it() {
+        let mut limb = leaf(Vec3::ZERO, Vec3::Z);
+        limb.material.two_sided = false;
+        let (before, behind) = (leaf(Vec3::new(0.5, 0.0, 0.4), Vec3::Z), leaf(Vec3::new(-0.5, 0.0, -0.4), Vec3::Z));
+        let window = Bounds { min: Vec3::splat(-1.0), max: Vec3::ONE };
+        let taken = captured(&SoftwareCapture::new(), &[&limb, &before, &behind], &[front(window, [32, 32])]).unwrap();
+        let normals = taken[0].as_ref().unwrap().material.normal_texture.clone().unwrap();
+        let kinds = [3, 12, 20].map(|x| normals.get_pixel(x, 16).0[3]);
+        assert_eq!(kinds, [LEAF, WOOD, LEAF]);
     }
 
     #[test]
