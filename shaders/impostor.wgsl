@@ -25,5 +25,5 @@ fn fs_main(seen: Looked) -> Impostor {
     let n = turned(seen.rotation, it.normal);
     // What would come to lie before the near plane is left on it.
     let depth = select(1.0, clamp(clip.z / clip.w, 0.0, 1.0), clip.w > 0.0);
-    return Impostor(shown(it.color.rgb, it.world, n, it.at, seen.tree), 0u, depth);
+    return Impostor(shown(it.color.rgb, it.world, n, it.at, seen.tree, it.leaf), 0u, depth);
 }

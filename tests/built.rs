@@ -515,8 +515,10 @@ fn octahedral(parts: &[Part], grid: u32, frame_px: u32) -> BuiltPart {
         depth.bleed();
         let frame = RgbaImage::from_fn(frame_px, frame_px, |x, y| {
             let at = y as usize * side + x as usize;
-            let n = taken.normal[at];
-            Rgba([n.x, n.y, n.z, depth.texels[at].x / impostor.radius_m].map(|v| (255.0 * (0.5 + 0.5 * v)).round() as u8))
+            let n = axes.map(|axis| axis.dot(taken.normal[at]));
+            let [x, y] = [n[0], n[1]].map(|along| along / (1.0 + n[2].max(0.0)));
+            // Blue: all of it foliage.
+            Rgba([x, y, 1.0, depth.texels[at].x / impostor.radius_m].map(|v| (255.0 * (0.5 + 0.5 * v)).round() as u8))
         });
         image::imageops::replace(&mut normal, &frame, i64::from(i * frame_px), i64::from(j * frame_px));
     }

@@ -75,6 +75,8 @@ fn look(corner: Corner, for_sun: bool) -> Looked {
 struct Found {
     // Straight alpha.
     color: vec4f,
+    // How much of it is foliage rather than wood, 0..1.
+    leaf: f32,
     // Object space.
     normal: vec3f,
     at: vec3f,
@@ -88,6 +90,12 @@ fn in_atlas(place: vec2u, at: vec2f, edge: f32) -> vec2f {
     return (vec2f(place) + uv) / f32(presence.grid);
 }
 
+// The normal that is seen from the front at a place of its stereographic projection: means of places are nearly those of directions.
+fn toward_viewer(place: vec2f) -> vec3f {
+    let square = dot(place, place);
+    return vec3f(2.0 * place, 1.0 - square) / (1.0 + square);
+}
+
 fn found(seen: Looked) -> Found {
     let toward = select(seen.eye.xyz, normalize(seen.eye.xyz - seen.at), seen.eye.w > 0.0);
     let across_px = f32(textureDimensions(color_texture).x) / f32(presence.grid);
@@ -98,6 +106,7 @@ fn found(seen: Looked) -> Found {
     var color = vec4f(0.0);
     var normal = vec3f(0.0);
     var nearer = 0.0;
+    var leaf = 0.0;
     for (var k = 0; k < 3; k++) {
         let side = select(vec2u(0u, 1u), vec2u(1u, 0u), seen.cell.z == 1u);
         let place = seen.cell.xy + select(select(vec2u(0u), side, k == 1), vec2u(1u), k == 2);
@@ -117,13 +126,17 @@ fn found(seen: Looked) -> Found {
         let inside = max(abs(at.x), abs(at.y)) < presence.radius_m;
         let weight = select(0.0, seen.weights[k] * texel.a, inside);
         color += weight * vec4f(texel.rgb, 1.0);
-        normal += weight * (2.0 * textureSampleLevel(normal_texture, color_sampler, uv, level).rgb - 1.0);
+        let painted = textureSampleLevel(normal_texture, color_sampler, uv, level);
+        let n = toward_viewer(2.0 * painted.rg - 1.0);
+        normal += weight * (n.x * axes[0] + n.y * axes[1] + n.z * axes[2]);
+        leaf += weight * painted.b;
         nearer += weight * way;
     }
     let whole = 1.0 / max(color.a, 1e-6);
     let long = length(normal);
     var it: Found;
     it.color = material.factor * vec4f(whole * color.rgb, color.a);
+    it.leaf = whole * leaf;
     it.normal = select(vec3f(0.0, 1.0, 0.0), normal / max(long, 1e-6), long > 1e-6);
     it.at = seen.at + whole * nearer * toward;
     it.world = seen.world + seen.tree.w * turned(seen.rotation, whole * nearer * toward);

@@ -34,9 +34,10 @@ struct Drawn {
 }
 
 // How much of the sky and the ground a point sees past its own tree, 0..1: less inside the crown and on its underside.
-fn openness(from_center: vec3f) -> f32 {
+// `leaf`: how much of it is foliage rather than wood.
+fn openness(from_center: vec3f, leaf: f32) -> f32 {
     if material.grows == 0u {
-        return mix(0.55, 0.75, material.foliage);
+        return mix(0.55, 0.75, leaf);
     }
     let p = from_center / material.crown_reach.xyx;
     let outside = smoothstep(0.35, 1.0, length(p));
@@ -47,6 +48,8 @@ fn openness(from_center: vec3f) -> f32 {
 // the tree. Fitted, so that cards have the mean colour of the grown trees that they were taken of (tests/built.rs).
 const LIGHT_REACHES: f32 = 0.3;
 const LEAVES_LIE: f32 = 0.14;
+// And the wood that is seen between them: trunk and limbs are under the leaves.
+const WOOD_LIES: f32 = 0.35;
 
 // How far a ray goes on in the unit ball, in its own lengths; where it misses, to where it is nearest to the middle.
 fn way_out(start: vec3f, along: vec3f) -> f32 {
@@ -60,15 +63,15 @@ fn way_out(start: vec3f, along: vec3f) -> f32 {
 // no leaf shaded another. So the crown is taken for the ellipsoid in its box, the leaves for lying a little behind the side of it that
 // is seen, and light for growing weaker on its way to them (Beer's law). What other trees take is asked of the sun's map where the light
 // comes in: outside of all that the tree itself is.
-fn sun_at_card(world: vec3f, tree: vec4f) -> f32 {
+fn sun_at_card(world: vec3f, tree: vec4f, leaf: f32) -> f32 {
     let wide = 0.5 * (material.tree_half.x + material.tree_half.z);
     let half = tree.w * vec3f(wide, material.tree_half.y, wide);
     let height_m = tree.w * material.tree_height_m;
     let at = (world - tree.xyz) / half;
     let seer = toward_eye(world);
-    let behind = max(way_out(at, seer / half), 0.0) - LEAVES_LIE * height_m;
-    let leaf = at + behind * seer / half;
-    let way_m = max(way_out(leaf, frame.toward_sun / half), 0.0);
+    let behind = max(way_out(at, seer / half), 0.0) - mix(WOOD_LIES, LEAVES_LIE, leaf) * height_m;
+    let inside = at + behind * seer / half;
+    let way_m = max(way_out(inside, frame.toward_sun / half), 0.0);
     let entry = world + max(way_out(at / 1.75, frame.toward_sun / (1.75 * half)), 0.0) * frame.toward_sun;
     return exp(-way_m / (LIGHT_REACHES * height_m)) * sun_through_leaves(entry, 0.03 * material.tree_height_m);
 }
@@ -76,28 +79,37 @@ fn sun_at_card(world: vec3f, tree: vec4f) -> f32 {
 // Sunlight that reaches foliage, 0..1.
 fn sun_at_leaves(world: vec3f, tree: vec4f) -> f32 {
     if material.stand_in != 0u {
-        return sun_at_card(world, tree);
+        return sun_at_card(world, tree, 1.0);
     }
     let reach = select(0.1 * material.tree_height_m, min(material.crown_reach.x, material.crown_reach.y), material.grows != 0u);
     return sun_through_leaves(world, 0.3 * reach);
 }
 
-// A point in the light of sun and sky, through the air.
-fn lit(albedo: vec3f, world: vec3f, n: vec3f, from_center: vec3f, tree: vec4f) -> vec3f {
-    var sun = vec3f(0.0);
-    if material.foliage > 0.0 {
-        sun = sun_on_foliage(n, toward_eye(world)) * sun_at_leaves(world, tree);
-    } else {
-        sun = sun_on_face(n) * sun_on_solid(world + 2.0 * frame.shadow_texel_m * n, 0.0);
+// Sunlight that reaches wood, 0..1.
+fn sun_at_wood(world: vec3f, n: vec3f, tree: vec4f) -> f32 {
+    if material.stand_in != 0u {
+        return sun_at_card(world, tree, 0.0);
     }
-    let color = albedo * (sun + ambient(n) * openness(from_center));
+    return sun_on_solid(world + 2.0 * frame.shadow_texel_m * n, 0.0);
+}
+
+// A point in the light of sun and sky, through the air; `leaf` as for `openness`.
+fn lit(albedo: vec3f, world: vec3f, n: vec3f, from_center: vec3f, tree: vec4f, leaf: f32) -> vec3f {
+    var sun = vec3f(0.0);
+    if leaf > 0.0 {
+        sun += leaf * sun_on_foliage(n, toward_eye(world)) * sun_at_leaves(world, tree);
+    }
+    if leaf < 1.0 {
+        sun += (1.0 - leaf) * sun_on_face(n) * sun_at_wood(world, n, tree);
+    }
+    let color = albedo * (sun + ambient(n) * openness(from_center, leaf));
     return held(select(color, through_air(color, eye_of(world), world), frame.background == SKY));
 }
 
 // What is shown of a point: its colour, the same in light, or which way it faces.
-fn shown(albedo: vec3f, world: vec3f, n: vec3f, from_center: vec3f, tree: vec4f) -> vec4f {
+fn shown(albedo: vec3f, world: vec3f, n: vec3f, from_center: vec3f, tree: vec4f, leaf: f32) -> vec4f {
     if frame.shading == LIT {
-        return vec4f(lit(albedo, world, n, from_center, tree), 1.0);
+        return vec4f(lit(albedo, world, n, from_center, tree, leaf), 1.0);
     }
     return vec4f(select(albedo, 0.5 + 0.5 * n, frame.shading == NORMALS), 1.0);
 }
@@ -128,6 +140,12 @@ fn mapped_normal(seen: Seen, front: bool) -> vec3f {
     return select(out, mapped / max(long, 1e-6), long > 1e-3);
 }
 
+// How much of a surface is foliage rather than wood. Captured cards have it in the alpha of their normals (repr::card).
+fn leaf_share(uv: vec2f) -> f32 {
+    let painted = textureSample(normal_texture, color_sampler, uv).a;
+    return material.foliage * select(1.0, painted, material.stand_in != 0u);
+}
+
 fn id_of(seen: Seen) -> u32 {
     if material.grows == 0u || seen.slot == 0u {
         return 0u;
@@ -140,8 +158,9 @@ fn id_of(seen: Seen) -> u32 {
 fn surface(seen: Seen, front: bool) -> Drawn {
     let color = material.factor * textureSample(color_texture, color_sampler, seen.uv);
     let n = mapped_normal(seen, front);
+    let leaf = leaf_share(seen.uv);
     if !is_there(color.a, seen.share, seen.from_center, footprint(seen.from_center)) {
         discard;
     }
-    return Drawn(shown(color.rgb, seen.world, n, seen.from_center, seen.tree), id_of(seen));
+    return Drawn(shown(color.rgb, seen.world, n, seen.from_center, seen.tree, leaf), id_of(seen));
 }

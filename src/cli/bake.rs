@@ -9,12 +9,12 @@ use serde_json::{Value, json};
 use crate::repr::box_hierarchy::{self, BoxHierarchy};
 use crate::repr::file::{self, Origin};
 use crate::repr::limits;
-use crate::repr::{BuiltTree, Drawn, Representation as _, SoftwareCapture, Stats};
+use crate::repr::{BuiltTree, Drawn, Representation as _, Stats};
 use crate::{Error, Result, files};
 
 use super::batch::text_of;
 use super::subject::{self, Wish, spinner};
-use super::{Outcome, say};
+use super::{Outcome, look, say};
 
 /// The command's arguments.
 pub fn command() -> Command {
@@ -57,7 +57,7 @@ pub fn command() -> Command {
                 .help("Which levels of detail go into the file: all, or one by number (0 is the finest) or name, to be seen at any distance"),
         )
         .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print everything as JSON instead of a table"));
-    subject::add_source(subject::add_method(command, true), "Seed of a preset's growth and of the method")
+    look::add_adapter(subject::add_source(subject::add_method(command, true), "Seed of a preset's growth and of the method"))
 }
 
 /// Runs it.
@@ -107,7 +107,7 @@ fn stream(wish: &Wish, method: &str, text: &str, folder: &Path, as_json: bool) -
     let bar = spinner(format!("{text}: growing or reading it"));
     let source = wish.source(text)?;
     bar.set_message(format!("{text}: building {method}"));
-    let (stream, built) = box_hierarchy::stream(&wish.order(method), &source, &SoftwareCapture::new())?;
+    let (stream, built) = wish.captured(|capture| box_hierarchy::stream(&wish.order(method), &source, capture))?;
     limits::check_textures(&built, &wish.budget)?;
     subject::warn(source.name(), &built.warnings);
     bar.set_message(format!("{text}: writing {}", folder.display()));

@@ -11,7 +11,7 @@ use crate::gpu::Gpu;
 use crate::model::About;
 use crate::params::ParamValue;
 use crate::render::Renderer;
-use crate::repr::{self, SoftwareCapture};
+use crate::repr;
 use crate::{Error, Result, files};
 
 use super::batch::{progress_bar, text_of};
@@ -62,7 +62,7 @@ pub fn command() -> Command {
         )
         .arg(Arg::new("anew").long("anew").action(ArgAction::SetTrue).help("Drop what another comparison has left in DIR"));
     let command = options::add::<CompareParams>(command, "Comparison");
-    look::add_adapter(subject::add_source(command, "Seed of every random number"))
+    look::add_adapter(subject::add_making(subject::add_source(command, "Seed of every random number")))
 }
 
 /// Runs it.
@@ -135,23 +135,24 @@ fn one(
     };
     let mut store = Store::open(folder, &identity, anew)?;
     let full = params.profile != Profile::Quick;
-    let capture = SoftwareCapture::new();
-    let request = Request {
-        source: &source,
-        methods,
-        plan,
-        seed: wish.seed,
-        capture: &capture,
-        levels: full,
-        timing_ms: if full { 200 } else { 60 },
-        folder,
-    };
     let bar = progress_bar((methods.len() * plan.pictures()) as u64);
     let last = Cell::new(0);
-    let comparison = compare::run(renderer, &request, &mut store, &|progress| {
-        bar.set_message(progress.doing.to_owned());
-        bar.inc(progress.done.saturating_sub(last.get()) as u64);
-        last.set(progress.done);
+    let comparison = wish.captured(|capture| {
+        let request = Request {
+            source: &source,
+            methods,
+            plan,
+            seed: wish.seed,
+            capture,
+            levels: full,
+            timing_ms: if full { 200 } else { 60 },
+            folder,
+        };
+        compare::run(renderer, &request, &mut store, &|progress| {
+            bar.set_message(progress.doing.to_owned());
+            bar.inc(progress.done.saturating_sub(last.get()) as u64);
+            last.set(progress.done);
+        })
     })?;
     bar.finish_and_clear();
     let asked = compare::page::Asked { max_flip: params.max_flip, cost: params.cost, command: &command_line() };

@@ -8,14 +8,16 @@ use glam::Vec3;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::geom::Bounds;
+use crate::gpu::{AdapterChoice, Gpu};
 use crate::model::reference::Asked;
 use crate::plant::presets::preset;
+use crate::render::GpuCapture;
 use crate::repr::box_hierarchy;
 use crate::repr::limits::{self, BudgetParams};
-use crate::repr::{self, BuiltPart, BuiltTree, Order, Scope, Settings, SoftwareCapture, TreeSource, file};
+use crate::repr::{self, BuiltPart, BuiltTree, Capture, Order, Scope, Settings, SoftwareCapture, TreeSource, file};
 use crate::{Error, Result, Seed, Warning, files};
 
-use super::{options, say};
+use super::{look, options, say};
 
 /// What a source may be, for help.
 pub const SOURCE_HELP: &str =
@@ -53,13 +55,36 @@ pub fn add_method(command: Command, required: bool) -> Command {
         .arg(method.help_heading("Method"))
         .arg(with_method(set).help_heading("Method"))
         .arg(with_method(trunk).help_heading("Method"));
-    options::add::<BudgetParams>(command, "Method")
+    add_making(command)
+}
+
+/// Adds how methods are built, whichever they are.
+pub fn add_making(command: Command) -> Command {
+    options::add::<CaptureParams>(options::add::<BudgetParams>(command, "Method"), "Method")
 }
 
 /// What was said about materials with `--leaves` and `--wood`.
 pub fn asked(matches: &ArgMatches) -> Asked {
     let names = |name| matches.get_many::<String>(name).unwrap_or_default().cloned().collect();
     Asked { leaves: names("leaves"), wood: names("wood") }
+}
+
+crate::choices! {
+    /// Who takes pictures of a tree for a method.
+    pub enum CaptureChoice {
+        /// The software rasteriser: the same bytes on every machine.
+        Software = "software",
+        /// The graphics adapter: quicker where there is a real one, and the same within a rounding.
+        Gpu = "gpu",
+    }
+}
+
+crate::params! {
+    /// How pictures of a tree are taken.
+    pub struct CaptureParams {
+        /// Who takes pictures of the tree where a method shows pictures.
+        capture: CaptureChoice = CaptureChoice::Software, unit "", source "ours: baking needs no adapter and gives the same everywhere";
+    }
 }
 
 /// What the options of [`add_source`] and [`add_method`] say.
@@ -76,6 +101,10 @@ pub struct Wish {
     pub settings: Settings,
     /// What the built tree may take.
     pub budget: BudgetParams,
+    /// Who takes pictures for it.
+    pub capture: CaptureChoice,
+    /// With which adapter, if that is a device.
+    adapter: AdapterChoice,
 }
 
 impl Wish {
@@ -84,8 +113,10 @@ impl Wish {
     /// # Errors
     /// [`Error::UnknownMethod`], and those of [`Settings::parse`] and [`Settings::check`].
     pub fn read(matches: &ArgMatches) -> Result<Self> {
-        let text = |name| matches.get_one::<String>(name).cloned();
-        let settings = Settings::parse(matches.get_many::<String>("set").unwrap_or_default().map(String::as_str))?;
+        // A command that compares all methods has none of these options.
+        let text = |name| matches.try_get_one::<String>(name).ok().flatten().cloned();
+        let set = matches.try_get_many::<String>("set").ok().flatten().unwrap_or_default();
+        let settings = Settings::parse(set.map(String::as_str))?;
         let (method, trunk) = (text("method"), text("trunk"));
         if let Some(method) = &method {
             settings.split("trunk.").0.check(repr::method(method)?)?;
@@ -94,7 +125,8 @@ impl Wish {
             settings.split("trunk.").1.check(repr::method(trunk)?)?;
         }
         let (seed, budget) = (options::read_seed(matches)?, options::read(matches)?);
-        Ok(Self { seed, asked: asked(matches), method, trunk, settings, budget })
+        let CaptureParams { capture } = options::read(matches)?;
+        Ok(Self { seed, asked: asked(matches), method, trunk, settings, budget, capture, adapter: look::adapter(matches) })
     }
 
     /// The tree of that name; what a user should know of it is said.
@@ -112,12 +144,23 @@ impl Wish {
         Order { method, trunk: self.trunk.as_deref(), settings: &self.settings, seed: self.seed }
     }
 
+    /// What `make` makes with the pictures that were asked for.
+    ///
+    /// # Errors
+    /// Those of `make`, and of [`Gpu::open`] where a device takes them.
+    pub fn captured<T>(&self, make: impl FnOnce(&dyn Capture) -> Result<T>) -> Result<T> {
+        match self.capture {
+            CaptureChoice::Software => make(&SoftwareCapture::new()),
+            CaptureChoice::Gpu => make(&GpuCapture::new(&Gpu::open(&self.adapter)?)?),
+        }
+    }
+
     /// The wished-for stand-in of `source`.
     ///
     /// # Errors
     /// Those of [`repr::build`] and [`limits::check_textures`].
     pub fn build(&self, method: &str, source: &TreeSource) -> Result<BuiltTree> {
-        let built = repr::build(&self.order(method), source, &SoftwareCapture::new())?;
+        let built = self.captured(|capture| repr::build(&self.order(method), source, capture))?;
         limits::check_textures(&built, &self.budget)?;
         warn(source.name(), &built.warnings);
         Ok(built)

@@ -110,13 +110,16 @@ fn rows(stage: &Stage, camera: &Camera, height_px: f32, most: usize) -> Vec<Inst
     let step = Vec3::new(size.x.max(size.z), size.y, 0.0).max(Vec3::splat(1e-2)) * 1.05;
     let m_per_px = stage.height_m() / height_px;
     let room = |step_m: f32| ((SIDE_PX as f32 * m_per_px / step_m).floor() as usize).clamp(1, 64);
-    let (columns, rows) = (room(step.x), room(step.y));
-    let middle = |count: usize, i: usize| i as f32 - 0.5 * (count - 1) as f32;
+    let (mut columns, mut rows) = (room(step.x), room(step.y));
+    while columns * rows > most {
+        if columns > rows { columns -= 1 } else { rows -= 1 }
+    }
+    let middle = |count: usize, i: usize| i as f32 - 0.5 * count.saturating_sub(1) as f32;
     let place = |i: usize| {
         let at = middle(columns, i % columns) * step.x * right + middle(rows, i / columns) * step.y * up;
         Instance { position: at.to_array(), id: i as u32, ..Instance::IDENTITY }
     };
-    (0..(columns * rows).min(most)).map(place).collect()
+    (0..columns * rows).map(place).collect()
 }
 
 /// Pixels that all triangles of what is seen at a distance cover together, each counted as often as triangles lie over it. Cards that turn

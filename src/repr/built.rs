@@ -79,7 +79,8 @@ pub enum Drawn {
 }
 
 /// An octahedral impostor (Brucks 2018): views from all over the upper half sphere in one atlas. The part's texture holds colour and
-/// coverage, its `normal_texture` object-space normals in red, green and blue (0.5 + 0.5 n) and in alpha the depth,
+/// coverage. Its `normal_texture` holds in red and green the normal n in the frame's axes, seen from its front, by the stereographic
+/// projection 0.5 + 0.5 · (x, y) / (1 + z); in blue whether it is that of foliage (1) or wood (0); in alpha the depth,
 /// 0.5 + 0.5 · (metres towards the viewer) / `radius_m`. Frame (i, j), from the top left, looks from the direction of
 /// [`Octahedral::direction`]; its picture spans `radius_m` to all sides of `center`, with axes as `raster::View::axes_from` has them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

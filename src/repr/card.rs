@@ -3,7 +3,7 @@
 //!
 //! The picture holds base colour without light, bled under what is not there; its alpha is covered area, spread so that the alpha test
 //! keeps as much of the surface as was covered. Beside it stand the captured normals in tangent space, so that a card is lit by the
-//! same sun as the tree.
+//! same sun as the tree; their alpha, which glTF's viewers leave alone, tells foliage from wood, which light falls on otherwise.
 
 use std::sync::Arc;
 
@@ -106,14 +106,51 @@ pub fn captured(capture: &dyn Capture, parts: &[&Part], cards: &[Card]) -> Resul
     for cards in cards.chunks((BATCH_TEXELS / largest).max(1) as usize) {
         let views: Vec<View> = cards.iter().map(Card::view).collect();
         let taken = capture.take(parts, &views)?;
-        made.par_extend(cards.par_iter().zip(&taken).map(|(card, taken)| part(card, taken)));
+        let leaves = leaves(capture, parts, &views, &taken)?;
+        made.par_extend(cards.par_iter().zip(&taken).zip(&leaves).map(|((card, taken), leaf)| part(card, taken, leaf)));
     }
     Ok(made)
 }
 
-fn part(card: &Card, taken: &raster::Capture) -> Option<Part> {
-    let (texture, normals) = rayon::join(|| cut_out(taken), || tangent_normals(taken, card.axes));
+/// Of each picture of `parts`, row by row, whether a pixel shows foliage ([`LEAF`]) or wood ([`WOOD`]): by what is nearest in it, as its
+/// normal is. Foliage is what is cut out or seen from both sides, as in files (`model::glb`). All is foliage where there is nothing else to
+/// tell it from.
+///
+/// # Errors
+/// Those of [`Capture::take`].
+pub fn leaves(capture: &dyn Capture, parts: &[&Part], views: &[View], taken: &[raster::Capture]) -> Result<Vec<Vec<u8>>> {
+    let (cut, solid): (Vec<&Part>, Vec<&Part>) = parts.iter().partition(|part| is_foliage(&part.material));
+    if solid.is_empty() || cut.is_empty() {
+        return Ok(taken.iter().map(|taken| vec![LEAF; taken.depth_m.len()]).collect());
+    }
+    // Devices round depth according to what there is to see.
+    let slack_m = |view: &View| 1e-4 * view.half_size_m.max_element();
+    let wood = capture.take(&solid, views)?;
+    let of = |((view, taken), wood): ((&View, &raster::Capture), &raster::Capture)| {
+        let is_wood = |(nearest, wood): (&f32, &f32)| nearest.is_finite() && *wood >= nearest - slack_m(view);
+        taken.depth_m.iter().zip(&wood.depth_m).map(|at| if is_wood(at) { WOOD } else { LEAF }).collect()
+    };
+    Ok(views.iter().zip(taken).zip(&wood).map(of).collect())
+}
+
+fn is_foliage(material: &Material) -> bool {
+    material.alpha_cutoff.is_some() || material.two_sided
+}
+
+/// Alpha of a card's normals where it shows foliage.
+pub const LEAF: u8 = 255;
+/// And where it shows wood.
+pub const WOOD: u8 = 0;
+
+fn part(card: &Card, taken: &raster::Capture, leaves: &[u8]) -> Option<Part> {
+    let (texture, mut normals) = rayon::join(|| cut_out(taken), || tangent_normals(taken, card.axes));
     let texture = Some(Arc::new(texture?));
+    let mut kinds = Layer::from_fn(card.size_px[0] as usize, card.size_px[1] as usize, |x, y| {
+        let at = y * card.size_px[0] as usize + x;
+        Vec3::splat(f32::from(leaves[at])).extend(f32::from(u8::from(taken.depth_m[at].is_finite())))
+    });
+    kinds.bleed();
+    normals.pixels_mut().zip(&kinds.texels).for_each(|(normal, kind)| normal[3] = kind.x.round() as u8);
     let normal_texture = Some(Arc::new(normals));
     let material = Material {
         name: card.name.clone(),
@@ -226,6 +263,18 @@ mod tests {
         let there = texture.pixels().filter(|p| f32::from(p.0[3]) >= 255.0 * ALPHA_CUTOFF).count() as f32 / 1024.0;
         assert!((there - 0.2).abs() < 0.02, "{there}");
         assert_eq!(texture.get_pixel(0, 0).0[..3], texture.get_pixel(16, 16).0[..3], "bled");
+    }
+
+    #[test]
+    fn wood_is_told_from_the_leaves_before_and_behind_it() {
+        let mut limb = leaf(Vec3::ZERO, Vec3::Z);
+        limb.material.two_sided = false;
+        let (before, behind) = (leaf(Vec3::new(0.5, 0.0, 0.4), Vec3::Z), leaf(Vec3::new(-0.5, 0.0, -0.4), Vec3::Z));
+        let window = Bounds { min: Vec3::splat(-1.0), max: Vec3::ONE };
+        let taken = captured(&SoftwareCapture::new(), &[&limb, &before, &behind], &[front(window, [32, 32])]).unwrap();
+        let normals = taken[0].as_ref().unwrap().material.normal_texture.clone().unwrap();
+        let kinds = [3, 12, 20].map(|x| normals.get_pixel(x, 16).0[3]);
+        assert_eq!(kinds, [LEAF, WOOD, LEAF]);
     }
 
     #[test]

@@ -34,6 +34,8 @@ pub mod vdf;
 
 use std::time::Instant;
 
+use rayon::prelude::*;
+
 use crate::{Error, Result, Seed};
 
 pub use built::{BuiltPart, BuiltTree, Drawn, Facing, Fade, Level, Octahedral, REFERENCE_FOCAL_PX, Seen};
@@ -178,14 +180,9 @@ pub struct Order<'a> {
 pub fn build(order: &Order, source: &TreeSource, capture: &dyn Capture) -> Result<BuiltTree> {
     let begun = Instant::now();
     let main = method(order.method)?;
-    let mut built: Option<BuiltTree> = None;
-    for task in tasks(order, source)? {
-        let own = task.method.build(&task.job(order, source, capture))?;
-        built = Some(match built {
-            Some(before) => before.joined(own),
-            None => own,
-        });
-    }
+    let tasks = tasks(order, source)?;
+    let halves = tasks.par_iter().map(|task| task.method.build(&task.job(order, source, capture)));
+    let built = halves.collect::<Result<Vec<_>>>()?.into_iter().reduce(BuiltTree::joined);
     let built = built.ok_or_else(|| Error::Internal { stage: "repr", what: format!("{}: nothing to do", main.id()) })?;
     built.check().map_err(|what| Error::Internal { stage: "repr", what: format!("{}: {what}", main.id()) })?;
     Ok(BuiltTree { method: main.id().to_owned(), build_ms: begun.elapsed().as_secs_f64() * 1e3, ..built })
@@ -225,12 +222,6 @@ pub(crate) fn tasks(order: &Order, source: &TreeSource) -> Result<Vec<Task>> {
     };
     if scopes.contains(&Scope::Foliage) && (order.trunk.is_some() || scopes[0] == Scope::Foliage) {
         let partner = wood_method(main, order.trunk, source)?;
-        if !partner.scopes().contains(&Scope::Wood) {
-            return Err(Error::UnknownMethod { known: ids_of(Scope::Wood), found: partner.id().to_owned() });
-        }
-        let (foliage, wood) = rayon::join(|| make(main, Scope::Foliage, &own), || make(partner, Scope::Wood, &for_trunk));
-        foliage?.joined(wood?)
-    } else if order.trunk.is_some() || !for_trunk.is_empty() {
         return Ok(vec![task(main, Scope::Foliage, own)?, task(partner, Scope::Wood, for_trunk)?]);
     }
     if order.trunk.is_some() || !for_trunk.is_empty() {

@@ -4,7 +4,7 @@
 //! Each frame is cut out and bled by itself, and a gutter round the tree keeps what is filtered across frames transparent.
 
 use glam::{Vec2, Vec3};
-use image::{RgbaImage, imageops};
+use image::{Rgba, RgbaImage, imageops};
 use rayon::prelude::*;
 
 use super::billboard::nothing_seen;
@@ -99,9 +99,13 @@ fn atlas(job: &Job, impostor: Octahedral, frame_px: u32) -> Result<Option<Part>>
     for j in 0..impostor.grid {
         let views: Vec<View> = (0..impostor.grid).map(|i| view(&impostor, i, j, frame_px)).collect();
         let taken = job.capture.take(&parts, &views)?;
+        let leaves = card::leaves(job.capture, &parts, &views, &taken)?;
         let frames: Vec<_> = taken
             .par_iter()
-            .map(|taken| card::cut_out(taken).map(|color| (color, normals_and_depth(taken, impostor.radius_m))))
+            .zip(views.par_iter().zip(&leaves))
+            .map(|(taken, (view, leaves))| {
+                card::cut_out(taken).map(|color| (color, surface(taken, view.axes, leaves, impostor.radius_m)))
+            })
             .collect();
         for (i, frame) in frames.iter().enumerate() {
             let (x, y) = (i64::from(frame_px) * i as i64, i64::from(frame_px * j));
@@ -128,19 +132,27 @@ fn atlas(job: &Job, impostor: Octahedral, frame_px: u32) -> Result<Option<Part>>
     }))
 }
 
-/// Object-space normals, and in alpha the depth; both go on where nothing is.
-fn normals_and_depth(taken: &Capture, radius_m: f32) -> RgbaImage {
-    let mut picture = card::tangent_normals(taken, Vec3::AXES);
+/// What [`Octahedral`] tells of the surface of a frame; all goes on where nothing is.
+fn surface(taken: &Capture, axes: [Vec3; 3], leaves: &[u8], radius_m: f32) -> RgbaImage {
     let (width, height) = taken.color.dimensions();
-    let mut depth = Layer::from_fn(width as usize, height as usize, |x, y| {
-        let m = taken.depth_m[y * width as usize + x];
-        if m.is_finite() { Vec3::splat(m / radius_m).extend(1.0) } else { glam::Vec4::ZERO }
-    });
-    depth.bleed();
-    for (pixel, depth) in picture.pixels_mut().zip(&depth.texels) {
-        pixel[3] = (255.0 * (0.5 + 0.5 * depth.x)).round() as u8;
-    }
-    picture
+    let bled = |texel: &(dyn Fn(usize) -> Vec3 + Sync)| {
+        let mut layer = Layer::from_fn(width as usize, height as usize, |x, y| {
+            let at = y * width as usize + x;
+            if taken.depth_m[at].is_finite() { texel(at).extend(1.0) } else { glam::Vec4::ZERO }
+        });
+        layer.bleed();
+        layer.texels
+    };
+    let normals = bled(&|at| Vec3::from(axes.map(|axis| axis.dot(taken.normal[at]))));
+    let others = bled(&|at| Vec3::new(f32::from(leaves[at]) / 255.0, taken.depth_m[at] / radius_m, 0.0));
+    let signed = |v: f32| (255.0 * (0.5 + 0.5 * v)).round() as u8;
+    RgbaImage::from_fn(width, height, |x, y| {
+        let at = (y * width + x) as usize;
+        let n = normals[at].truncate().normalize_or(Vec3::Z);
+        // Stereographic; what is seen faces the viewer, give or take what a leaf's shading makes of it.
+        let place = (n.truncate() / (1.0 + n.z.max(0.0))).clamp_length_max(1.0);
+        Rgba([signed(place.x), signed(place.y), (255.0 * others[at].x).round() as u8, signed(others[at].y)])
+    })
 }
 
 /// The card as it faces +Z, all of the atlas on it.
@@ -211,8 +223,12 @@ mod tests {
         for (i, j, normal, depth_m) in [(2, 2, Vec3::Y, 1.5), (0, 4, Vec3::Z, 0.5), (4, 4, Vec3::X, 1.0), (4, 0, -Vec3::Z, 0.5)] {
             let (x, y) = (64 * i + 32, 64 * j + 32);
             assert!(there(colors.get_pixel(x, y)[3]));
-            let [r, g, b, a] = normals.get_pixel(x, y).0.map(|v| f32::from(v) / 127.5 - 1.0);
-            assert!((Vec3::new(r, g, b) - normal).length() < 0.02, "frame {i}, {j}: {r} {g} {b}");
+            let [r, g, leaf, a] = normals.get_pixel(x, y).0.map(|v| f32::from(v) / 127.5 - 1.0);
+            let [right, up, toward] = view(&impostor, i, j, 64).axes;
+            let square = r * r + g * g;
+            let seen = (2.0 * r * right + 2.0 * g * up + (1.0 - square) * toward) / (1.0 + square);
+            assert!((seen - normal).length() < 0.02, "frame {i}, {j}: {r} {g}");
+            assert_eq!(leaf, 1.0, "nothing to tell it from");
             assert!((a * impostor.radius_m - depth_m).abs() < impostor.radius_m / 100.0, "frame {i}, {j}: {a}");
         }
     }

@@ -9,6 +9,7 @@ use std::f32::consts::{PI, TAU};
 use glam::Vec3;
 
 use super::card::{self, Card};
+use super::source::{is_hollow, opened};
 use super::{BuiltPart, BuiltTree, Facing, Job, Representation, Scope, Seen, SourceKind, Switch, TreeSource};
 use crate::geom::Bounds;
 use crate::model::Part;
@@ -70,7 +71,8 @@ impl Representation for Slices {
     fn build(&self, job: &Job) -> Result<BuiltTree> {
         let params: SlicesParams = job.settings.read()?;
         let bounds = job.source.box_of_all()?;
-        let leaves = job.source.parts(job.scope);
+        let foliage = opened(job.source.parts(job.scope));
+        let leaves: Vec<&Part> = foliage.iter().map(|part| &**part).collect();
         let Some(crown) = job.source.bounds(job.scope) else {
             let bare = Warning::new("no-leaves", "the tree has no leaves to slice: only its wood is shown");
             return Ok(BuiltTree { warnings: vec![bare], ..BuiltTree::new(bounds, vec![]) });
@@ -101,14 +103,21 @@ impl Representation for Slices {
     }
 }
 
-/// The slices of one group, back to front: each shows its own slab, cut to what that holds, and stands in its middle.
+/// The slices of one group, back to front: each shows its own slab, cut to what that holds, and stands in its middle. A slab out of a shell
+/// would be a ring with nothing in it: there the front half's slices show all before them, too, and the others the inside of all behind.
 fn sliced(leaves: &[&Part], name: &str, axes: [Vec3; 3], params: &SlicesParams) -> Vec<Card> {
     let points = leaves.iter().flat_map(|part| part.surface.mesh.positions.iter().copied());
     let Some(all) = card::window_around(points, axes) else { return vec![] };
     let size = all.size();
     let texels_per_m = params.texture_px.0 as f32 / size.x.max(size.y).max(1e-6);
-    let slab = |k: u32| all.min.z + size.z * k as f32 / params.slices as f32;
-    let windows = windows_of(leaves, axes, all, params.slices);
+    let edge = |k: u32| all.min.z + size.z * k as f32 / params.slices as f32;
+    let slab = |k: u32| match is_hollow(leaves) {
+        true if 2 * k + 1 < params.slices => [all.min.z, edge(k + 1)],
+        true => [edge(k), all.max.z],
+        false => [edge(k), edge(k + 1)],
+    };
+    let slabs: Vec<[f32; 2]> = (0..params.slices).map(slab).collect();
+    let windows = windows_of(leaves, axes, &slabs);
     windows
         .into_iter()
         .zip(0..)
@@ -116,29 +125,28 @@ fn sliced(leaves: &[&Part], name: &str, axes: [Vec3; 3], params: &SlicesParams) 
             let window = window?;
             let longest_px = texels_per_m * window.size().x.max(window.size().y);
             let size_px = Card::size_px(window, longest_px.round() as u32);
-            Some(Card { name: format!("{name}_slice_{k}"), axes, window, plane: 0.5 * (slab(k) + slab(k + 1)), size_px })
+            Some(Card { name: format!("{name}_slice_{k}"), axes, window, plane: 0.5 * (edge(k) + edge(k + 1)), size_px })
         })
         .collect()
 }
 
-/// Of each of `count` slabs of equal depth, back to front, the box around the polygons that reach into it.
-fn windows_of(leaves: &[&Part], axes: [Vec3; 3], all: Bounds, count: u32) -> Vec<Option<Bounds>> {
-    let depth = (all.size().z / count as f32).max(1e-6);
-    let slab_at = |z: f32| (((z - all.min.z) / depth) as usize).min(count as usize - 1);
-    let mut windows = vec![None::<Bounds>; count as usize];
+/// Of each slab along the last of `axes`, the box around the polygons that reach into it, cut to it.
+fn windows_of(leaves: &[&Part], axes: [Vec3; 3], slabs: &[[f32; 2]]) -> Vec<Option<Bounds>> {
+    let mut windows = vec![None::<Bounds>; slabs.len()];
     for part in leaves {
         let mesh = &part.surface.mesh;
         for polygon in mesh.polygons() {
             let Some(b) = card::window_around(polygon.iter().map(|v| mesh.positions[*v as usize]), axes) else { continue };
-            for window in &mut windows[slab_at(b.min.z)..=slab_at(b.max.z)] {
-                *window = Some(window.map_or(b, |w| Bounds { min: w.min.min(b.min), max: w.max.max(b.max) }));
+            for (window, [low, high]) in windows.iter_mut().zip(slabs) {
+                if b.max.z >= *low && b.min.z <= *high {
+                    *window = Some(window.map_or(b, |w| Bounds { min: w.min.min(b.min), max: w.max.max(b.max) }));
+                }
             }
         }
     }
-    for (k, window) in windows.iter_mut().enumerate() {
+    for (window, [low, high]) in windows.iter_mut().zip(slabs) {
         if let Some(window) = window {
-            window.min.z = all.min.z + depth * k as f32;
-            window.max.z = all.min.z + depth * (k + 1) as f32;
+            (window.min.z, window.max.z) = (*low, (*high).max(low + 1e-6));
         }
     }
     windows

@@ -1,5 +1,6 @@
 //! What representations are built from: a true tree, or the model of a photograph.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use glam::Vec3;
@@ -8,7 +9,7 @@ use crate::geom::Bounds;
 use crate::model::grown::{dress_preset, preset_skeleton};
 use crate::model::import::{self, Imported};
 use crate::model::reference::{Asked, ReferenceTree};
-use crate::model::{Growth, Part, TreeModel};
+use crate::model::{Growth, Material, Part, TreeModel};
 use crate::plant::Skeleton;
 use crate::plant::presets::{PRESETS, Preset, preset};
 use crate::{Error, Result, Seed, Warning, files};
@@ -209,4 +210,16 @@ impl TreeSource {
             Self::Model { model, .. } => Some(model.about.growth),
         }
     }
+}
+
+/// Whether foliage is shells rather than leaves: the crowns of a photograph's model. A slab out of one is a ring.
+pub fn is_hollow(foliage: &[&Part]) -> bool {
+    foliage.iter().any(|part| part.crown_center.is_some())
+}
+
+/// Foliage of which slabs are taken: a shell is then seen from inside too, or behind the trunk there would be nothing.
+pub fn opened(foliage: Vec<&Part>) -> Vec<Cow<'_, Part>> {
+    let open = |part: &Part| Part { material: Material { two_sided: true, ..part.material.clone() }, ..part.clone() };
+    let is_hollow = is_hollow(&foliage);
+    foliage.into_iter().map(|part| if is_hollow { Cow::Owned(open(part)) } else { Cow::Borrowed(part) }).collect()
 }

@@ -1,11 +1,12 @@
 //! The tree's foliage over the joined primitives: a square of it, repeated without a seam, laid flat onto each face from the nearest of 26
-//! directions, so that nowhere a texel is stretched by more than a quarter.
+//! directions, so that nowhere a texel is stretched by more than a quarter; and bark on the trunk in the same way.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3};
 use image::RgbaImage;
+use image::imageops::{FilterType, resize};
 
 use super::union::Joined;
 use crate::Result;
@@ -15,19 +16,29 @@ use crate::photo::{ExemplarParams, exemplar};
 use crate::raster::ALPHA_CUTOFF;
 use crate::repr::Job;
 use crate::repr::sphere_board::picture::Picture;
-use crate::repr::sphere_board::subject::bark;
+use crate::repr::sphere_board::subject::bark as mean_bark;
+use crate::seed::Draws;
 
 /// Corners at which normals differ by more are edges, cosine.
 const SMOOTH: f64 = 0.6;
 
-/// The crown and the trunk of what was joined; the first `crown` solids are the crown's.
-pub(super) fn parts(job: &Job, joined: &Joined, crown: usize, picture: &Picture, side: u32) -> Result<Vec<Part>> {
-    let params = ExemplarParams { delight: 0.0, ..ExemplarParams::default() };
+/// The crown and the trunk of what was joined; the first `crown` solids are the crown's. `bark` is a square of it and its side in metres;
+/// without, the trunk is of one colour.
+pub(super) fn parts(
+    job: &Job,
+    joined: &Joined,
+    crown: usize,
+    picture: &Picture,
+    bark: Option<(RgbaImage, f64)>,
+    side: u32,
+) -> Result<Vec<Part>> {
+    // Solids have no holes: each gap would come again with every tile.
+    let params = ExemplarParams { delight: 0.0, gap_limit: 0.0 };
     let sample = exemplar::choose(&picture.photo, &picture.crown, &picture.gaps, 1.0, &params)?;
-    // Mirrored both ways it goes on without a seam.
-    let tile = mirrored(&sample.image, side);
+    let tile = endless(&sample.image, side, job.seed.keyed("csg tile", 0));
     let tile_m = 2.0 * f64::from(sample.window_px.width) * picture.metres_per_px;
     let of = |wanted: &dyn Fn(usize) -> bool, tile_m: Option<f64>| surface(joined, wanted, tile_m);
+    let bark_seen = bark.map(|(picture, width_m)| (endless(&picture, side / 2, job.seed.keyed("csg tile", 1)), 2.0 * width_m));
     let foliage = Material {
         name: "foliage".to_owned(),
         texture: Some(Arc::new(tile)),
@@ -36,17 +47,57 @@ pub(super) fn parts(job: &Job, joined: &Joined, crown: usize, picture: &Picture,
         ..Material::default()
     };
     let leaves = of(&|solid| solid < crown, Some(tile_m));
-    let trunk = of(&|solid| solid >= crown, None);
-    let wood = Material { name: "bark".to_owned(), factor: bark(job), ..Material::default() };
+    let trunk = of(&|solid| solid >= crown, bark_seen.as_ref().map(|seen| seen.1));
+    let wood = match bark_seen {
+        Some((tile, _)) => Material { texture: Some(Arc::new(tile)), wrap: Wrap::Repeat, ..Material::default() },
+        None => Material { factor: mean_bark(job), ..Material::default() },
+    };
+    let wood = Material { name: "bark".to_owned(), ..wood };
     let part = |name: &str, surface, material| Part { name: name.to_owned(), surface, material, crown_center: None };
     let parts = vec![part("crown", leaves, foliage), part("trunk", trunk, wood)];
     Ok(parts.into_iter().filter(|part| part.surface.mesh.polygon_count() > 0).collect())
 }
 
-fn mirrored(image: &RgbaImage, side: u32) -> RgbaImage {
-    let half = (side / 2).max(1);
-    let small = image::imageops::resize(image, half, half, image::imageops::FilterType::Triangle);
-    RgbaImage::from_fn(2 * half, 2 * half, |x, y| *small.get_pixel(x.min(2 * half - 1 - x), y.min(2 * half - 1 - y)))
+/// Patches along each side of a tile, how wide each is in its distance from the next, and how many of these distances a sample has.
+const PATCHES: u32 = 4;
+const PATCH: f32 = 1.35;
+const PATCHES_PER_SAMPLE: u32 = 2;
+
+/// A square that goes on without a seam, twice as wide as the sample: patches from anywhere in it, laid side by side, that run into one
+/// another. Where they do, means would be flat: their differences from the mean colour are scaled to keep their variance (Heitz & Neyret
+/// 2018, "High-performance by-example noise using a histogram-preserving blending operator", §3).
+fn endless(sample: &RgbaImage, side: u32, mut draws: Draws) -> RgbaImage {
+    let apart = (side / PATCHES).max(1);
+    let sample = resize(sample, PATCHES_PER_SAMPLE * apart, PATCHES_PER_SAMPLE * apart, FilterType::Triangle);
+    let color = |texel: &image::Rgba<u8>| Vec3::from([texel[0], texel[1], texel[2]].map(f32::from));
+    let mean = sample.pixels().map(color).sum::<Vec3>() / (sample.width() * sample.height()) as f32;
+    let reach = (PATCH * apart as f32).ceil() as u32;
+    let free = f64::from(sample.width().saturating_sub(reach));
+    let mut offset = || (draws.unit() * free) as u32;
+    let offsets: Vec<[u32; 2]> = (0..PATCHES * PATCHES).map(|_| [offset(), offset()]).collect();
+    // From nothing at a patch's edge to all where its neighbour ends.
+    let ramp = |at: u32| {
+        let within = (at as f32 + 0.5).min(reach as f32 - at as f32 - 0.5);
+        (within / (reach - apart).max(1) as f32).clamp(0.0, 1.0)
+    };
+    let side = PATCHES * apart;
+    RgbaImage::from_fn(side, side, |x, y| {
+        let (mut sum, mut squares, mut whole) = (Vec3::ZERO, 0.0, 0.0);
+        for (number, [left, top]) in offsets.iter().enumerate() {
+            let number = number as u32;
+            let at = |p: u32, patch: u32| (p + side - patch * apart) % side;
+            let (u, v) = (at(x, number % PATCHES), at(y, number / PATCHES));
+            if u < reach && v < reach {
+                let weight = ramp(u) * ramp(v);
+                let texel = sample.get_pixel((left + u).min(sample.width() - 1), (top + v).min(sample.height() - 1));
+                sum += weight * (color(texel) - mean);
+                (squares, whole) = (squares + weight * weight, whole + weight);
+            }
+        }
+        let blended: Vec3 = if whole > 0.0 { mean + sum / f32::sqrt(squares) } else { mean };
+        let [r, g, b] = blended.to_array().map(|v| v.round().clamp(0.0, 255.0) as u8);
+        image::Rgba([r, g, b, 255])
+    })
 }
 
 /// The triangles of the solids that are wanted, with normals and, where a tile has a size, places on it.

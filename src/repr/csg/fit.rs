@@ -11,7 +11,10 @@ use crate::repr::sphere_board::picture::Picture;
 const CELLS: f64 = 72.0;
 /// Steps by which a primitive is moved and sized, of its own size, from coarse to fine.
 const STEPS: [f64; 5] = [0.2, 0.1, 0.1, 0.05, 0.025];
-/// What a further primitive must add to the mean IoU.
+/// How much more a cell counts that is covered and should not be than one that should be and is not: what sticks out of a crown is seen
+/// against the sky, what is missing of it is hidden by the rest.
+const OVERSHOOT: f64 = 1.5;
+/// What a further primitive must add to the mean agreement.
 const WORTH: f64 = 0.004;
 /// Leaves that are looked at for what is not covered yet, and how near they stand together, of the tree's size.
 const SAMPLES: usize = 500;
@@ -63,17 +66,18 @@ struct Fit<'a> {
 }
 
 impl Fit<'_> {
-    /// Mean IoU with `one` more.
+    /// Mean agreement with `one` more: IoU, but that what is covered and should not be counts more.
     fn agreement(&self, one: Option<&Primitive>) -> f64 {
         let iou = |(sight, counts): (&Sight, &Vec<u8>)| {
             let covered = one.map(|one| sight.covered(one));
-            let (mut both, mut either) = (0usize, 0usize);
+            let (mut both, mut either, mut beside) = (0usize, 0usize, 0usize);
             for (i, (&inside, &count)) in sight.mask.as_raw().iter().zip(counts).enumerate() {
                 let there = count > 0 || covered.as_ref().is_some_and(|covered| covered[i]);
                 both += usize::from(inside != 0 && there);
                 either += usize::from(inside != 0 || there);
+                beside += usize::from(inside == 0 && there);
             }
-            both as f64 / either.max(1) as f64
+            both as f64 / (either as f64 + (OVERSHOOT - 1.0) * beside as f64).max(1.0)
         };
         self.sights.iter().zip(&self.counts).map(iou).sum::<f64>() / self.sights.len().max(1) as f64
     }
@@ -133,7 +137,7 @@ impl Fit<'_> {
 }
 
 /// At most `most` primitives of these `kinds` for what the sights show, starting from `starts`; `points` lie in what is to be covered.
-/// Also the mean IoU that they reach.
+/// Also the mean agreement that they reach.
 pub(super) fn fitted(
     sights: &[Sight],
     kinds: &[Shape],

@@ -6,11 +6,13 @@ mod fit;
 mod primitive;
 mod union;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
+use image::RgbaImage;
 
+use crate::geom::Bounds;
 use crate::model::Part;
 use crate::params::{ParamSet as _, ParamSpec, PowerOfTwo};
-use crate::raster::Mask;
+use crate::raster::{self, Mask, View};
 use crate::{Error, Result};
 
 use super::sphere_board::picture::{Picture, Scale, Stand, taken, trunk_seen};
@@ -69,12 +71,14 @@ impl Representation for Csg {
         let tree = Tree::of(job, &params)?;
         let crown = tree.crown(&params)?;
         let mut primitives = crown.clone();
-        primitives.extend(tree.trunk(job, &crown)?);
+        let trunk = tree.trunk(job, &crown)?;
+        primitives.extend(trunk);
+        let bark = trunk.map_or(Ok(None), |trunk| bark(job, &trunk))?;
         let turned = |(number, one): (usize, &Primitive)| one.surface(params.columns as usize, 0.37 + 0.731 * number as f64);
         let solids: Vec<Solid> = primitives.iter().enumerate().map(turned).collect();
         let joined = union::union(&solids);
         let most = tree.pictures.iter().max_by_key(|picture| picture.crown.count()).unwrap_or(&tree.pictures[0]);
-        let parts = cover::parts(job, &joined, crown.len(), most, params.texture_size.0)?;
+        let parts = cover::parts(job, &joined, crown.len(), most, bark, params.texture_size.0)?;
         Ok(BuiltTree::new(bounds, parts.into_iter().map(BuiltPart::still).collect()))
     }
 }
@@ -127,12 +131,13 @@ impl Tree {
         let across = 0.5 * cues.width_px * metres_per_px;
         let aside = 0.5 * (cues.neck_px.x - cues.foot_px.x) * metres_per_px;
         // Up to the middle of the highest primitive that stands over it: what lies inside is left out anyway.
-        let over = |one: &&Primitive| (one.center.x.hypot(one.center.z)) < one.half.x.max(one.half.z);
+        let foot = job.source.foot().as_dvec3();
+        let over = |one: &&Primitive| (one.center - foot).with_y(0.0).length() < one.half.x.max(one.half.z);
         let higher = |a: &&Primitive, b: &&Primitive| a.center.y.total_cmp(&b.center.y);
         let end = crown.iter().filter(over).max_by(higher).or_else(|| crown.iter().min_by(higher));
         let top = end.map_or(height, |one| one.center.y).max(height + across);
         let half = DVec3::new(across, 0.5 * top, across).max(DVec3::splat(1e-3));
-        let cylinder = Primitive { shape: Shape::Cylinder, center: DVec3::new(0.5 * aside, 0.5 * top, 0.0), half };
+        let cylinder = Primitive { shape: Shape::Cylinder, center: foot + DVec3::new(0.5 * aside, 0.5 * top, 0.0), half };
         // A cone reaches farther up, and is as wide half way to the neck.
         let wide = top / (top - 0.5 * height).max(0.1 * top);
         let cone = Primitive { shape: Shape::Cone, half: half * DVec3::new(wide, 1.0, wide), ..cylinder };
@@ -147,6 +152,25 @@ impl Tree {
         let Some(sight) = Sight::of(&picture, &bare) else { return Ok(Some(cylinder)) };
         Ok(Some(if sight.agreement_below(&cone, height) > sight.agreement_below(&cylinder, height) { cone } else { cylinder }))
     }
+}
+
+/// Texels along a picture of bark.
+const BARK_PX: u32 = 64;
+/// Its side, of the trunk's width: bark at the edges is seen aslant.
+const BARK: f32 = 0.6;
+
+/// A square of bark from the middle of the trunk's lower part, and its side in metres; `None` where something else is there, too.
+fn bark(job: &Job, trunk: &Primitive) -> Result<Option<(RgbaImage, f64)>> {
+    let (half, center) = (trunk.half.as_vec3(), trunk.center.as_vec3());
+    let side_m = BARK * 2.0 * half.x;
+    // Above the flare of the roots.
+    let middle = center.with_y((0.2 * half.y).max(0.5 * side_m));
+    let reach = Vec3::new(0.5 * side_m, 0.5 * side_m, 2.0 * half.z);
+    let window = Bounds { min: middle - reach, max: middle + reach };
+    let view = View::of_window(View::axes_from(0.0, 0.0), window, BARK_PX, BARK_PX);
+    let taken = job.capture.take(&job.source.parts(Scope::Wood), &[view])?;
+    let whole = |taken: &raster::Capture| taken.coverage.pixels().all(|covered| covered[0] > 200);
+    Ok(taken.into_iter().find(whole).map(|taken| (taken.color, f64::from(side_m))))
 }
 
 #[cfg(test)]

@@ -15,13 +15,14 @@ mod tests;
 use std::sync::Arc;
 
 use super::card;
+use super::source::opened;
 use super::{BuiltPart, BuiltTree, Dirty, Drawn, Fade, Job, Level, Representation, Scope, Seen, SourceKind};
 use crate::model::Part;
 use crate::params::{ParamSet, ParamSpec};
 use crate::{Result, Warning};
 
 pub use params::{Arrangement, Beyond, Dissolve, GridParams, HEIGHTS_PER_UNIT, Placement};
-use plan::{Plan, Slice, is_hollow};
+use plan::{Plan, Slice};
 
 /// Slices in a grid or a star.
 pub struct GridSlices;
@@ -117,15 +118,8 @@ impl<'a> Studio<'a> {
     /// These slices of the plan; `None` for one in which nothing is seen.
     fn taken(&self, range: std::ops::Range<usize>) -> Result<Vec<Option<BuiltPart>>> {
         let slices = &self.plan.slices[range.clone()];
-        let foliage = self.job.source.parts(Scope::Foliage);
-        let opened: Vec<Part>;
-        // A shell is seen from inside too, or the slabs behind the trunk would be empty.
-        let foliage = if is_hollow(&foliage) {
-            opened = foliage.into_iter().cloned().map(two_sided).collect();
-            opened.iter().collect()
-        } else {
-            foliage
-        };
+        let opened = opened(self.job.source.parts(Scope::Foliage));
+        let foliage: Vec<&Part> = opened.iter().map(|part| &**part).collect();
         let wood = if self.job.scope == Scope::Foliage { vec![] } else { self.job.source.parts(Scope::Wood) };
         let all: Vec<&Part> = wood.into_iter().chain(foliage.iter().copied()).collect();
         let take = |parts: &[&Part], has_wood: bool| {
@@ -167,9 +161,4 @@ impl<'a> Studio<'a> {
             || Warning::new("no-leaves", "the tree has no leaves, so that only its base pair of slices shows anything".to_owned());
         if has_leaves { vec![] } else { vec![say()] }
     }
-}
-
-fn two_sided(mut part: Part) -> Part {
-    part.material.two_sided = true;
-    part
 }

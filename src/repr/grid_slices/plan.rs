@@ -11,6 +11,7 @@ use crate::geom::Bounds;
 use crate::model::Part;
 use crate::raster::View;
 use crate::repr::card::Card;
+use crate::repr::source::is_hollow;
 use crate::repr::{Facing, Job, Scope};
 
 /// The lowest part of the wood, of the tree's height, in the middle of which the base pair crosses.
@@ -69,11 +70,6 @@ impl Plan {
         slices.sort_by_key(|slice| slice.level);
         Ok(Self { slices, bounds })
     }
-}
-
-/// Whether foliage is shells rather than leaves: the crowns of a photograph's model. A slab out of one is a ring.
-pub fn is_hollow(foliage: &[&Part]) -> bool {
-    foliage.iter().any(|part| part.crown_center.is_some())
 }
 
 /// Around the lowest part of the wood: where the trunk stands. `None` without any.
@@ -179,7 +175,7 @@ impl Planner<'_> {
         let depths = Depths::of(&self.foliage, Vec3::Y);
         let (low, high) = (self.bounds.min.y, self.bounds.max.y);
         let bottom = lowest(&self.foliage).unwrap_or(low);
-        let count = self.params.top_slices as usize;
+        let count = self.params.level_slices(self.bounds.size()) as usize;
         let thick = (high - bottom) / count.max(1) as f32;
         let slice = |i: usize| {
             let slab = [if i == 0 { low } else { bottom + i as f32 * thick }, bottom + (i + 1) as f32 * thick + 1e-3 * thick];
