@@ -155,7 +155,7 @@ fn plain_levels_draw_like_the_leaves_that_go_one_by_one() {
             let unlike = flip(&small(&forest), &small(&levels)).unwrap();
             let share = covered(&levels) / covered(&forest);
             println!("{}, {}: covers {share:.3} of what the leaves do, {unlike:?}", method.id(), level.name);
-            assert!((share - 1.0).abs() < 0.05 && unlike.mean < 0.05, "{}, {}: {share:.3}, {unlike:?}", method.id(), level.name);
+            assert!((share - 1.0).abs() < 0.03 && unlike.mean < 0.04, "{}, {}: {share:.3}, {unlike:?}", method.id(), level.name);
         }
     }
     assert!(forests >= 1, "no method has such leaves");
@@ -370,7 +370,10 @@ fn mistakes_are_told_and_nothing_is_written() {
     let cases: [(&[&str], &str); 12] = [
         (&["juniper", "--method", "crossed-plane", "--out", out], "expected a method (geometry, "),
         (&["junipr", "--method", "geometry", "--out", out], "but found junipr"),
-        (&["juniper", "--method", "crossed-planes", "--set", "planes=99", "--out", out], "--set planes must be 1 to"),
+        (
+            &["juniper", "--method", "crossed-planes", "--set", "planes=99", "--out", out],
+            "--set planes must be a whole number from 2 to 8, but is 99",
+        ),
         (
             &["juniper", "--method", "box-hierarchy", "--trunk", "lodstrips", "--set", "trunk.error_px=-1", "--out", out],
             "--set trunk.error_px must be",

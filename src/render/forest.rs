@@ -242,7 +242,10 @@ fn key(part: &ForestPart, instance: &layout::Instance) -> Key {
 fn viewer(scene: &Scene, instance: &layout::Instance, tree_height_m: f32) -> Viewer {
     let (eye, [plain, by_distance]) = scene.viewer.eye_and_heights();
     let own = turn_of(instance).inverse() * (eye - glam::Vec3::from(instance.position)) / instance.scale;
-    Viewer { eye: own, heights: [plain / (instance.scale * tree_height_m), by_distance / tree_height_m] }
+    // A told level is the same from everywhere.
+    let told = by_distance < 0.0;
+    let heights = if told { [plain, 0.0] } else { [plain / (instance.scale * tree_height_m), by_distance / tree_height_m] };
+    Viewer { eye: own, heights }
 }
 
 const PASSES: [PassKind; 2] = [PassKind::Temporary { wireframe: false }, PassKind::Shadow];

@@ -401,7 +401,7 @@ mod tests {
                 let there = built(tree_at(Vec3::Y * y));
                 assert!((there.height_m() - here.height_m()).abs() < 1e-3, "{method} at {y}: {} m", there.height_m());
                 for (a, b) in here.levels.iter().zip(&there.levels) {
-                    assert!((a.distance / b.distance - 1.0).abs() < 0.02, "{method} at {y}: {} and {}", a.distance, b.distance);
+                    assert!((a.distance / b.distance - 1.0).abs() < 0.05, "{method} at {y}: {} and {}", a.distance, b.distance);
                 }
             }
         }
