@@ -2,6 +2,7 @@
 //! (She fig. 15a chooses by hand).
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::primitive::{Primitive, Shape};
 use crate::raster::Mask;
@@ -13,11 +14,13 @@ const CELLS: f64 = 72.0;
 const STEPS: [f64; 5] = [0.2, 0.1, 0.1, 0.05, 0.025];
 /// How much more a cell counts that is covered and should not be than one that should be and is not: what sticks out of a crown is seen
 /// against the sky, what is missing of it is hidden by the rest.
-const OVERSHOOT: f64 = 1.5;
+const OVERSHOOT: f64 = 1.2;
 /// What a further primitive must add to the mean agreement.
 const WORTH: f64 = 0.004;
 /// Leaves that are looked at for what is not covered yet, and how near they stand together, of the tree's size.
 const SAMPLES: usize = 500;
+/// How often clusters of points are moved to their middles.
+const ROUNDS: usize = 16;
 const NEAR: f64 = 0.16;
 
 /// A silhouette as cells.
@@ -136,7 +139,8 @@ impl Fit<'_> {
     }
 }
 
-/// At most `most` primitives of these `kinds` for what the sights show, starting from `starts`; `points` lie in what is to be covered.
+/// At most `most` primitives of these `kinds` for what the sights show; `points` lie in what is to be covered. Starts from `starts` and
+/// from clusters of the points, two and more, since one large primitive that covers all leaves nothing to add: the best of all is taken.
 /// Also the mean agreement that they reach.
 pub(super) fn fitted(
     sights: &[Sight],
@@ -145,6 +149,44 @@ pub(super) fn fitted(
     points: &[DVec3],
     most: usize,
 ) -> (Vec<Primitive>, f64) {
+    let clusters = (2..=most).map(|count| clustered(points, count));
+    let starts: Vec<Vec<Primitive>> = std::iter::once(starts.to_vec()).chain(clusters).collect();
+    let fits: Vec<_> = starts.par_iter().map(|starts| fitted_from(sights, kinds, starts, points, most)).collect();
+    let worth = |fit: &(Vec<Primitive>, f64)| fit.1 - WORTH * fit.0.len() as f64;
+    fits.into_iter().reduce(|best, next| if worth(&next) > worth(&best) { next } else { best }).unwrap_or_default()
+}
+
+/// Ellipsoids of `count` clusters of points (Lloyd 1982), at first about points as far from one another as can be.
+fn clustered(points: &[DVec3], count: usize) -> Vec<Primitive> {
+    let points: Vec<DVec3> = points.iter().step_by(points.len().div_ceil(SAMPLES).max(1)).copied().collect();
+    let nearest = |p: DVec3, centers: &[DVec3]| {
+        let all = centers.iter().map(|center| center.distance_squared(p)).enumerate();
+        all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::MAX))
+    };
+    let mut centers: Vec<DVec3> = vec![];
+    while centers.len() < count {
+        let farthest = points.iter().max_by(|a, b| nearest(**a, &centers).1.total_cmp(&nearest(**b, &centers).1));
+        let Some(farthest) = farthest else { return vec![] };
+        centers.push(*farthest);
+    }
+    let of =
+        |k: usize, centers: &[DVec3]| -> Vec<DVec3> { points.iter().copied().filter(|p| nearest(*p, centers).0 == k).collect() };
+    let mean = |group: &[DVec3]| group.iter().sum::<DVec3>() / group.len().max(1) as f64;
+    for _ in 0..ROUNDS {
+        let groups: Vec<Vec<DVec3>> = (0..count).map(|k| of(k, &centers)).collect();
+        centers.iter_mut().zip(&groups).filter(|(_, group)| !group.is_empty()).for_each(|(center, group)| *center = mean(group));
+    }
+    let ellipsoid = |k: usize| {
+        let group = of(k, &centers);
+        let spread = group.iter().map(|p| (*p - centers[k]).powf(2.0)).sum::<DVec3>() / group.len().max(1) as f64;
+        // Of a solid ellipsoid the half sizes are √5 deviations.
+        let half = (5.0 * spread).map(f64::sqrt);
+        (group.len() > 3).then(|| Primitive { shape: Shape::Ellipsoid, center: centers[k], half: half.max(DVec3::splat(1e-3)) })
+    };
+    (0..count).filter_map(ellipsoid).collect()
+}
+
+fn fitted_from(sights: &[Sight], kinds: &[Shape], starts: &[Primitive], points: &[DVec3], most: usize) -> (Vec<Primitive>, f64) {
     let counts = sights.iter().map(|sight| vec![0; sight.mask.as_raw().len()]).collect();
     let mut fit = Fit { sights, kinds, chosen: vec![], counts };
     starts.iter().take(most).for_each(|start| fit.add(*start));

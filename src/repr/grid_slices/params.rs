@@ -59,7 +59,7 @@ crate::params! {
         size_px: PowerOfTwo = PowerOfTwo(512), in 64..=1024, unit "px", source "ours: fills a screen of 1080 rows from 3 tree heights on; Truelsen had 1024, table 4 has 64 to 1024";
         /// How far the base pair's pictures reach before and behind it, as a part of the tree's radius.
         base_depth: f64 = 0.25, in 0.05..=1.0, unit "", source "Truelsen §4.1.2: a quarter of the radius";
-        /// Level slices for each width that the tree is high, at most 7: seen only from above and below, where upright ones are seen edge-on.
+        /// Level slices for each width that the crown is high, at most 7: seen only from above and below, where upright ones are seen edge-on.
         top_slices: u32 = 1, in 0..=7, unit "", source "ours: the thesis looks from the ground and has none; of a slender crown one would be a disc at half its height";
         /// Beyond this distance the base pair is gone, if it may.
         level_1_far: f64 = 200.0, in 1.0..=10000.0, unit "units", source "Truelsen §4.2.2, fig. 17";
@@ -100,7 +100,7 @@ pub const MOST_LEVELS: usize = 4;
 const MOST_TOP_SLICES: u32 = 7;
 
 impl GridParams {
-    /// Level slices of a tree of this size.
+    /// Level slices of a crown of this size.
     pub fn level_slices(&self, size: Vec3) -> u32 {
         let widths = size.y / size.x.max(size.z).max(1e-6);
         (self.top_slices * widths.round().clamp(1.0, MOST_TOP_SLICES as f32) as u32).min(MOST_TOP_SLICES)

@@ -175,7 +175,7 @@ impl Planner<'_> {
         let depths = Depths::of(&self.foliage, Vec3::Y);
         let (low, high) = (self.bounds.min.y, self.bounds.max.y);
         let bottom = lowest(&self.foliage).unwrap_or(low);
-        let count = self.params.level_slices(self.bounds.size()) as usize;
+        let count = self.params.level_slices(self.bounds.size().with_y(high - bottom)) as usize;
         let thick = (high - bottom) / count.max(1) as f32;
         let slice = |i: usize| {
             let slab = [if i == 0 { low } else { bottom + i as f32 * thick }, bottom + (i + 1) as f32 * thick + 1e-3 * thick];
