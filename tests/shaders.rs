@@ -163,7 +163,7 @@ fn rust_structs() -> Vec<Layout> {
             normal_mapped,
             stand_in,
             tree_center,
-            pad,
+            tree_foot_m,
             tree_half,
             pad2,
         }),
