@@ -84,7 +84,7 @@ fn boxes(oak: &TreeSource, text: &mut String) -> Result<()> {
         };
         let polygons: Vec<String> = built.levels.iter().map(|level| foliage_polygons(level.distance).to_string()).collect();
         let order = Order { method: "box-hierarchy", trunk: None, settings: &settings, seed: SEED };
-        let stream = repr::box_hierarchy::stream(&order, oak, &SoftwareCapture::new())?;
+        let (stream, _) = repr::box_hierarchy::stream(&order, oak, &SoftwareCapture::new())?;
         let colors = stream.color_bytes();
         let _ = writeln!(
             text,

@@ -58,7 +58,7 @@ params! {
         /// How many pixels wide a texel may become before its box is divided.
         texel_px: f64 = 1.0, in 0.25..=16.0, unit "px", source "Lluch04 §4.1: pictures are shown unscaled";
         /// Over which share of its distance a box fades into those that it is divided into.
-        box_fade: f64 = 0.15, in 0.0..=0.9, unit "", source "ours: short enough to cost little, long enough to be a blend";
+        box_fade: f64 = 0.25, in 0.0..=0.9, unit "", source "ours: short enough to cost little, long enough to be a blend";
     }
 }
 

@@ -230,7 +230,7 @@ mod tests {
     }
 
     /// What a device would hold after being sent only that.
-    fn receive(device: &mut Vec<u32>, levels: &mut Vec<ClusterLevel>, shown: &Shown, sent: &Sent) {
+    fn receive(device: &mut Vec<u32>, levels: &mut [ClusterLevel], shown: &Shown, sent: &Sent) {
         device.resize(shown.entries.len(), u32::MAX);
         for range in &sent.entries {
             device[range.clone()].copy_from_slice(&shown.entries[range.clone()]);
