@@ -223,10 +223,13 @@ fn wind_bends_the_top_with_it_and_leaves_the_foot() {
 #[test]
 fn shadows_sway_with_their_trees() {
     let Some(mut renderer) = software_renderer() else { return };
+    // A speck on the ground: the tree is as high as the ball hangs, not as high as the ball.
+    let mut foot = ball(None);
+    foot.surface.mesh.positions.iter_mut().for_each(|p| *p = 0.001 * (*p - HUNG) + 0.01 * Vec3::Y);
     let shadow_of = |renderer: &mut Renderer, wind: f64| {
         let mut shot = from_above(sun(0.0, 45.0));
         shot.wind = WindParams { wind, ..WindParams::default() };
-        let picture = take(renderer, &shot, &[ball(None)]);
+        let picture = take(renderer, &shot, &[ball(None), foot.clone()]);
         // Mean column of the dark ground beyond the ball's own place.
         let bright = ground_at(&picture, 8.0, 8.0);
         let dark =

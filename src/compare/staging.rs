@@ -48,7 +48,7 @@ impl Stage {
     }
 
     /// The camera that sees the tree `height_px` pixels high, and the side of its square picture: what the box around the tree needs, and
-    /// [`MARGIN`].
+    /// `MARGIN`.
     pub fn camera(&self, view: View, height_px: f32) -> (Camera, u32) {
         let distance_m = self.height_m() * REFERENCE_FOCAL_PX / height_px;
         let orbit = Camera::orbit(self.bounds.center(), view.azimuth_deg.to_radians(), view.elevation_deg.to_radians(), distance_m);

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Everything that is drawn comes as a [`BuiltTree`], or as plain [`Part`]s that are always seen; uploaded once as a [`Tree`], it is placed
-//! any number of times. Each kind of part has its [`drawer`].
+//! any number of times. Each kind of part has its `drawer`.
 
 mod backdrop;
 mod camera;

@@ -1,4 +1,4 @@
-//! VDF, the predecessor that LoDF is measured against (Remolar et al. 2003 [11] and 2004 [5], as told in Rebollo §II and VI): one hierarchy of
+//! VDF, the predecessor that LoDF is measured against (Remolar et al. 2003, its 11, and 2004, its 5, as told in Rebollo §II and VI): one hierarchy of
 //! leaves, of which a front is shown; a change of level walks the whole front, and all leaves shown are sent again.
 //!
 //! Rebollo only cites it; this is our reading. It gets the same care as LoDF: the same collapses, arrays of numbers, no allocation

@@ -1,8 +1,8 @@
 //! Slices of a tree on two crossed rows of cards: "dynamically generated slice-based volume rendered impostor" (Truelsen & Bønding 2008).
 //!
-//! Each slice is a parallel projection of what lies between two planes ([`plan`]); the two through the trunk are the base pair, deeper than
+//! Each slice is a parallel projection of what lies between two planes (`plan`); the two through the trunk are the base pair, deeper than
 //! the others and alone in showing wood. Levels of detail are the first so many slices of the list: finer ones fade at their distances
-//! ([`params`]), by noise in their alpha ([`dissolve`]). A growing tree is taken anew a few slices at a time ([`GridSlices::update`]).
+//! (`params`), by noise in their alpha (`dissolve`). A growing tree is taken anew a few slices at a time ([`GridSlices::update`]).
 
 mod dissolve;
 mod foliage;

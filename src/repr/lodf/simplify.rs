@@ -1,6 +1,6 @@
 //! Simplification of foliage: the *leaf collapse*, two leaves → one whose four corners are corners of the two (Rebollo §IV, fig. 2).
 //!
-//! Rebollo only cites the algorithm (FSA, [24]: Remolar et al. 2002); this is our reading of it. Pairs go least cost first. The cost of a
+//! Rebollo only cites the algorithm (FSA, its reference 24: Remolar et al. 2002); this is our reading of it. Pairs go least cost first. The cost of a
 //! pair is told by how far its leaves are apart, how differently they are turned and how much less one leaf over both would cover, times the
 //! area that they stand for: small leaves side by side go first, and what was collapsed often waits. The leaf that replaces them has about the area
 //! of all leaves that it stands for, so that the crown keeps its cover. One of the two, the *heir*, lends its picture; so a change of

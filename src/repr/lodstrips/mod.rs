@@ -1,6 +1,6 @@
 //! LodStrips for trunk and branches (Ramos & Chover 2004; Rebollo §III, which draws its trunks so). Metres.
 //!
-//! [`collapse`] orders the vertices by quadric-error collapses, [`strips`] keeps the strips and what each collapse changes in them. Whoever
+//! `collapse` orders the vertices by quadric-error collapses, `strips` keeps the strips and what each collapse changes in them. Whoever
 //! draws strips moves through all levels by [`Extraction::go_to`]; as a method of the table it gives a few of them as parts that relieve
 //! each other. Every branch stays on what it stands on, at every level, and goes only when it is a sliver.
 

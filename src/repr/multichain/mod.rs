@@ -209,7 +209,7 @@ fn error_m(skeleton: &Skeleton, order: &Order, end: u32, gone: &[Addition]) -> f
 /// Branches and polygons of the coarsest, medium, high and finest level of a tree's wood, as table 1 of Lluch03 has them.
 ///
 /// # Errors
-/// As [`Order::of`].
+/// As `Order::of`.
 pub fn table(tree: &ReferenceTree, skeleton: &Skeleton, seed: Seed) -> Result<Vec<(usize, usize)>> {
     let order = Order::of(skeleton, Metric::BranchingLength)?;
     let ends = ends(&order, 4);
