@@ -602,6 +602,27 @@ pub enum Error {
         /// What it was built from.
         source_name: String,
     },
+    // ---- Ground, camera paths: geom/height_field, grove ----
+    /// Heights that cannot be ground.
+    #[error("expected {expected}, but found {found}; {remedy}")]
+    Ground {
+        /// What it may be.
+        expected: String,
+        /// What it is.
+        found: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A camera path that cannot be followed.
+    #[error("{place}: expected {expected}, but found {found}; correct it, or take the path tour or orbit")]
+    CameraPath {
+        /// Which line or key.
+        place: String,
+        /// What belongs there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.
