@@ -5,7 +5,7 @@
 
 @vertex
 fn vs_main(corner: Corner) -> Cast {
-    let tree = standing(corner.place, corner.rotation);
+    let tree = tree_of(corner);
     let pose = posed(tree, corner.position, corner.normal, true);
     var seen: Cast;
     seen.position = frame.sun_clip_from_world * vec4f(swayed(tree, pose.at, material.tree_height_m, material.tree_foot_m), 1.0);

@@ -623,6 +623,15 @@ pub enum Error {
         /// What stands there.
         found: String,
     },
+    // Many trees (render::crowd)
+    /// A tree of a species that is not there.
+    #[error("a tree is of species {found}, but there are {species}; number them from 0")]
+    NoSuchSpecies {
+        /// Its number.
+        found: u16,
+        /// How many species there are.
+        species: usize,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.

@@ -2,7 +2,7 @@
 
 use image::{Rgba, RgbaImage};
 
-use super::{Renderer, Shot, Stand};
+use super::{Renderer, Shot, World};
 use crate::gpu::{Gpu, Shader, upload_mips};
 use crate::{Error, Result};
 
@@ -54,7 +54,13 @@ impl Window {
     ///
     /// # Errors
     /// Those of [`Renderer::picture`].
-    pub fn show(&mut self, renderer: &mut Renderer, shot: &Shot, stands: &[Stand], panel: Option<&RgbaImage>) -> Result<bool> {
+    pub fn show<'a>(
+        &mut self,
+        renderer: &mut Renderer,
+        shot: &Shot,
+        world: impl Into<World<'a>>,
+        panel: Option<&RgbaImage>,
+    ) -> Result<bool> {
         use wgpu::CurrentSurfaceTexture::{Lost, Outdated, Suboptimal, Success};
         let frame = match self.surface.get_current_texture() {
             Success(frame) | Suboptimal(frame) => frame,
@@ -64,7 +70,7 @@ impl Window {
             }
             _ => return renderer.gpu.check().map(|()| false),
         };
-        renderer.draw(shot, stands)?;
+        renderer.draw(shot, world.into())?;
         let (gpu, picture) = (&renderer.gpu, renderer.drawn());
         let blank = RgbaImage::from_pixel(1, 1, Rgba([0; 4]));
         let panel =
