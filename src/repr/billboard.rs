@@ -73,7 +73,7 @@ impl Representation for Billboard {
         let bounds = job.source.box_of_all()?;
         let foot = job.source.foot();
         let upright = params.turning == Turning::Cylindrical;
-        let pivot = foot.with_y(if upright { 0.0 } else { bounds.center().y });
+        let pivot = foot.with_y(if upright { foot.y } else { bounds.center().y });
 
         let azimuth = |k: u32| TAU * k as f32 / params.views as f32;
         let cards: Vec<Card> = (0..params.views)

@@ -92,7 +92,7 @@ impl Representation for BillboardCloud {
         let params: CloudParams = job.settings.read()?;
         let bounds = job.source.box_of_all()?;
         let foliage = Foliage::of(job.source)?;
-        let bound_m = params.bound as f32 * bounds.max.y.max(1e-3);
+        let bound_m = params.bound as f32 * bounds.height_m();
         let counts = &SHARES[..params.levels as usize];
         let made: Vec<Vec<Sheet>> =
             counts.par_iter().map(|share| sheets(&foliage.leaves, planes_of(*share, params.planes), bound_m, job.seed)).collect();
@@ -105,7 +105,7 @@ impl Representation for BillboardCloud {
         let rungs: Vec<Result<Option<Rung>>> = made.par_iter().enumerate().map(rung).collect();
         let rungs = rungs.into_iter().filter_map(Result::transpose).collect::<Result<Vec<Rung>>>()?;
         let warnings = made.first().and_then(|finest| beyond(&foliage.leaves, finest, bound_m)).into_iter().collect();
-        let (parts, levels) = relieving(rungs, bounds.center(), params.error_px as f32, bounds.max.y);
+        let (parts, levels) = relieving(rungs, bounds.center(), params.error_px as f32, bounds.height_m());
         Ok(BuiltTree { levels, warnings, ..BuiltTree::new(bounds, parts) })
     }
 }
