@@ -29,6 +29,7 @@ mod mesh;
 mod part;
 mod present;
 mod scene;
+mod screen;
 mod shadow;
 mod targets;
 mod tiles;
