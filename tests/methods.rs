@@ -14,6 +14,7 @@ use common::software_renderer;
 use glam::Vec3;
 use image::RgbaImage;
 use rayon::prelude::*;
+use sphereboard::compare::largest_step;
 use sphereboard::geom::Bounds;
 use sphereboard::gpu::layout::Instance;
 use sphereboard::metrics::{flip, over, silhouette, silhouette_iou};
@@ -330,15 +331,10 @@ fn nothing_jumps_on_the_way_from_2_to_200_tree_heights() {
                 flip(&pair[0], &pair[1]).unwrap().mean * f64::from(DOLLY_PX).powi(2) / tree_px
             })
             .collect();
-        let ratio = |i: usize| {
-            let mut around: Vec<f64> = steps[i.saturating_sub(5)..(i + 6).min(steps.len())].to_vec();
-            around.sort_by(f64::total_cmp);
-            steps[i] / around[around.len() / 2].max(0.01)
-        };
-        let at = (0..steps.len()).max_by(|&a, &b| ratio(a).total_cmp(&ratio(b))).unwrap();
-        println!("{id}: largest step {:.2} × the median of those around it, {:.1} heights away", ratio(at), distance(at));
-        if ratio(at) > LARGEST_STEP {
-            complaints.push(format!("{id}: {:.2} at {:.1} heights", ratio(at), distance(at)));
+        let largest = largest_step(&steps);
+        println!("{id}: largest step {largest:.2} × the median of those around it");
+        if largest > LARGEST_STEP {
+            complaints.push(format!("{id}: {largest:.2}"));
         }
     }
     assert!(complaints.is_empty(), "these jump: {}", complaints.join(", "));
