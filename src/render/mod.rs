@@ -31,6 +31,7 @@ mod part;
 mod placing;
 mod present;
 mod scene;
+mod screen;
 mod shadow;
 mod targets;
 mod terrain;
