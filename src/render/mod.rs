@@ -577,8 +577,8 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> lay
         backward: shot.camera.axes[2].to_array(),
         layer: shot.camera.projection.layer(),
         heights: shot.heights(),
-        pad: [0.0; 2],
+        haze: [shot.light.haze_m as f32, shot.light.haze_most as f32],
         level_eye: shot.level_eye().to_array(),
-        pad2: 0.0,
+        pad: 0.0,
     }
 }
