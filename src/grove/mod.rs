@@ -1,6 +1,7 @@
 //! Groves: what stands where, on which ground, seen along which path. Plain data, metres, +Y up, +X east, -Z north.
 
 mod path;
+pub mod terrain;
 
 use glam::Vec3;
 
