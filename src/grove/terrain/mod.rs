@@ -9,8 +9,8 @@ use fastnoise_lite::{FastNoiseLite, FractalType, NoiseType};
 use image::{DynamicImage, ImageFormat, ImageReader};
 use rayon::prelude::*;
 
-pub use survey::Georeference;
 use survey::Survey;
+pub use survey::{Georeference, degree_m};
 
 use crate::geom::{HeightField, MOST_POINTS};
 use crate::{Error, Result, Seed, Warning, files};
