@@ -1,10 +1,15 @@
 //! Groves: what stands where, on which ground, seen along which path. Plain data, metres, +Y up, +X east, -Z north.
 
-mod path;
+pub mod inventory;
+pub mod path;
+pub mod placement;
+pub mod scene;
+pub mod terrain;
 
 use glam::Vec3;
 
-pub use path::{Key, Look, Path};
+pub use path::{CameraParams, Key, Look, Path};
+pub use scene::{Scene, SceneFile, lay_out};
 
 /// A tree that stands somewhere.
 #[derive(Debug, Clone, Copy, PartialEq)]
