@@ -25,7 +25,7 @@ fn vs_main(corner: Corner) -> Seen {
 fn crown_normal(normal: vec3f, from_center: vec3f) -> vec3f {
     let reach = material.crown_reach.xyx;
     let round = from_center / (reach * reach);
-    return select(normal, normal + normalize(round + vec3f(0.0, 1e-6, 0.0)), material.grows != 0u);
+    return select(normal, normal + normalize(round + vec3f(0.0, 1e-6, 0.0)), CROWN);
 }
 
 @fragment

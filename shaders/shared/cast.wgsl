@@ -48,7 +48,7 @@ fn casts(seen: Cast) -> bool {
         return false;
     }
     // Light slips through a crown's rim, where it crosses few leaves: the shadow's edge is of leaves, not of polygons.
-    if material.grows != 0u && seen.facing < 0.45 {
+    if CROWN && seen.facing < 0.45 {
         let clump = seen.at / (CLUMP * material.tree_height_m);
         return 0.55 * noise(clump) + 0.45 * noise(2.3 * clump) <= 0.30 + 1.1 * seen.facing;
     }

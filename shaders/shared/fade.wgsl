@@ -32,10 +32,10 @@ fn footprint(at: vec3f) -> f32 {
 
 // Whether a texel of that alpha is there, of a part of which `share` is seen, at a point of object space with that footprint.
 fn is_there(alpha: f32, share: f32, at: vec3f, footprint_m: f32) -> bool {
-    if presence.fade == FADE_NEVER {
+    if PART_FADE == FADE_NEVER {
         return alpha >= material.alpha_cutoff;
     }
-    if presence.fade == FADE_ALPHA {
+    if PART_FADE == FADE_ALPHA {
         return share > 0.0 && alpha >= mix(1.0, material.alpha_cutoff, share);
     }
     return alpha >= material.alpha_cutoff && (share >= 1.0 || threshold(at, footprint_m) <= share);

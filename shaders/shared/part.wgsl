@@ -6,50 +6,58 @@ struct Material {
     factor: vec4f,
     crown_center: vec3f,
     alpha_cutoff: f32,
+    // Number of the crown within its tree, from 1.
     grows: u32,
-    two_sided: u32,
+    pad: u32,
     crown_reach: vec2f,
     tree_height_m: f32,
-    foliage: f32,
-    // 1 where normal_texture holds something.
-    normal_mapped: u32,
-    // 1 for a picture that stands for foliage elsewhere.
-    stand_in: u32,
+    tree_foot_m: f32,
+    pad2: vec2f,
     // Box of the tree.
     tree_center: vec3f,
-    tree_foot_m: f32,
+    pad3: f32,
     tree_half: vec3f,
-    pad2: f32,
+    pad4: f32,
 }
 
 // Mirrors gpu::layout::Presence.
 struct Presence {
     anchor: vec3f,
-    fade: u32,
+    grid: u32,
     appears: vec2f,
     vanishes: vec2f,
     axis: vec3f,
-    facing: u32,
-    cosines: vec2f,
-    drawn: u32,
-    grid: u32,
-    pivot: vec3f,
     radius_m: f32,
-    vanish_anchor: vec3f,
+    pivot: vec3f,
     pad: f32,
+    vanish_anchor: vec3f,
+    pad2: f32,
+    cosines: vec2f,
+    pad3: vec2f,
 }
 
-// Bits of Presence.facing.
+// Bits of PART_FACING.
 const FACING: u32 = {FACING};
 const FACING_LEVEL: u32 = {FACING_LEVEL};
 const FACING_BOTH: u32 = {FACING_BOTH};
 const FACING_OWN: u32 = {FACING_OWN};
-// Values of Presence.fade: always seen in full; thinned out by a hash of the place; by its alpha.
+// Values of PART_FADE: always seen in full; thinned out by a hash of the place; by its alpha.
 const FADE_NEVER: u32 = {FADE_NEVER};
 const FADE_ALPHA: u32 = {FADE_ALPHA};
-// Values of Presence.drawn: what else stands still.
+// Values of PART_TURNED: what else stands still.
 const TURNED_UPRIGHT: u32 = {TURNED_UPRIGHT};
 const TURNED_WHOLLY: u32 = {TURNED_WHOLLY};
+
+// What is known of the part when its pipeline is made (render::pipelines): how it fades, from which sides it is seen, how it turns; whether
+// it is leaves, a sphere-board crown, has normal_texture, is a picture for foliage elsewhere; whether its outline may grow.
+const PART_FADE: u32 = {PART_FADE};
+const PART_FACING: u32 = {PART_FACING};
+const PART_TURNED: u32 = {PART_TURNED};
+const FOLIAGE: bool = {FOLIAGE} != 0u;
+const CROWN: bool = {CROWN} != 0u;
+const NORMAL_MAPPED: bool = {NORMAL_MAPPED} != 0u;
+const STAND_IN: bool = {STAND_IN} != 0u;
+const GROWING: bool = {GROWING} != 0u;
 
 @group(1) @binding(0) var<storage, read> material: Material;
 @group(1) @binding(1) var color_texture: texture_2d<f32>;

@@ -13,18 +13,18 @@ fn rise(ends: vec2f, distance: f32) -> f32 {
 }
 
 fn share_toward(toward: vec3f, normal: vec3f) -> f32 {
-    if (presence.facing & FACING) == 0u {
+    if (PART_FACING & FACING) == 0u {
         return 1.0;
     }
     let level = vec2f(toward.x, toward.z);
     let long = length(level);
     var seen = toward;
-    if (presence.facing & FACING_LEVEL) != 0u {
+    if (PART_FACING & FACING_LEVEL) != 0u {
         seen = select(vec3f(0.0, 0.0, 1.0), vec3f(level.x, 0.0, level.y) / max(long, 1e-20), long > 0.0);
     }
-    let axis = select(presence.axis, normal, (presence.facing & FACING_OWN) != 0u);
+    let axis = select(presence.axis, normal, (PART_FACING & FACING_OWN) != 0u);
     var cosine = dot(axis, seen);
-    if (presence.facing & FACING_BOTH) != 0u {
+    if (PART_FACING & FACING_BOTH) != 0u {
         cosine = abs(cosine);
     }
     let ends = presence.cosines;
@@ -44,7 +44,7 @@ fn heights_to(tree: Standing, at: vec3f) -> f32 {
 // 0 where nothing of a polygon of that normal (object space) is seen, 1 where all of it is. Distances are the viewer's in the sun's map too, so that what casts a shadow
 // is what is seen; sides are those that the sun sees.
 fn share_of(tree: Standing, normal: vec3f, for_sun: bool) -> f32 {
-    if presence.fade == FADE_NEVER {
+    if PART_FADE == FADE_NEVER {
         return 1.0;
     }
     let appeared = rise(presence.appears, heights_to(tree, presence.anchor));
@@ -70,9 +70,9 @@ struct Posed {
 }
 
 fn posed(tree: Standing, at: vec3f, normal: vec3f, for_sun: bool) -> Posed {
-    if presence.drawn != TURNED_UPRIGHT && presence.drawn != TURNED_WHOLLY {
+    if PART_TURNED != TURNED_UPRIGHT && PART_TURNED != TURNED_WHOLLY {
         return Posed(at, normal);
     }
-    let axes = card_axes(toward_seer(tree, presence.pivot, for_sun), presence.drawn == TURNED_UPRIGHT);
+    let axes = card_axes(toward_seer(tree, presence.pivot, for_sun), PART_TURNED == TURNED_UPRIGHT);
     return Posed(presence.pivot + axes * (at - presence.pivot), axes * normal);
 }

@@ -6,8 +6,9 @@
 #import shared/shadow
 #import shared/sky
 
-// gpu::layout::Frame::background where there is air to see through.
-const SKY: u32 = {SKY};
+// What is known of the picture when its pipelines are made (render::pipelines): what surfaces show, and whether there is air to see through.
+const SHADING: u32 = {SHADING};
+const AIR: bool = {AIR} != 0u;
 
 // Crowns near enough to grow, by slot.
 @group(0) @binding(8) var<storage, read> crowns: array<GrowingCrown>;
@@ -36,7 +37,7 @@ struct Drawn {
 // How much of the sky and the ground a point sees past its own tree, 0..1: less inside the crown and on its underside.
 // `leaf`: how much of it is foliage rather than wood.
 fn openness(from_center: vec3f, leaf: f32) -> f32 {
-    if material.grows == 0u {
+    if !CROWN {
         return mix(0.55, 0.75, leaf);
     }
     let p = from_center / material.crown_reach.xyx;
@@ -58,60 +59,63 @@ fn way_out(start: vec3f, along: vec3f) -> f32 {
     return (sqrt(max(b * b - a * (dot(start, start) - 1.0), 0.0)) - b) / a;
 }
 
-// Sunlight that reaches the leaves that a card shows, 0..1. They are not where the card is, so that whether the card lies in its tree's
+// Sunlight that reaches the leaves and the wood that a card shows, 0..1 each. They are not where the card is, so that whether the card lies in its tree's
 // shadow says nothing of them: planes that cross would darken one another in hard edges, and one that faces the sun would be lit as if
 // no leaf shaded another. So the crown is taken for the ellipsoid in its box, the leaves for lying a little behind the side of it that
 // is seen, and light for growing weaker on its way to them (Beer's law). What other trees take is asked of the sun's map where the light
 // comes in: outside of all that the tree itself is.
-fn sun_at_card(world: vec3f, tree: vec4f, leaf: f32) -> f32 {
+fn sun_at_card(world: vec3f, tree: vec4f) -> vec2f {
     let wide = 0.5 * (material.tree_half.x + material.tree_half.z);
     let half = tree.w * vec3f(wide, material.tree_half.y, wide);
     let height_m = tree.w * material.tree_height_m;
     let at = (world - tree.xyz) / half;
     let seer = toward_eye(world);
-    let behind = max(way_out(at, seer / half), 0.0) - mix(WOOD_LIES, LEAVES_LIE, leaf) * height_m;
-    let inside = at + behind * seer / half;
-    let way_m = max(way_out(inside, frame.toward_sun / half), 0.0);
+    let out = max(way_out(at, seer / half), 0.0);
+    let to_sun = frame.toward_sun / half;
+    let deep = vec2f(LEAVES_LIE, WOOD_LIES) * height_m;
+    let way_m = vec2f(way_out(at + (out - deep.x) * seer / half, to_sun), way_out(at + (out - deep.y) * seer / half, to_sun));
     let entry = world + max(way_out(at / 1.75, frame.toward_sun / (1.75 * half)), 0.0) * frame.toward_sun;
-    return exp(-way_m / (LIGHT_REACHES * height_m)) * sun_through_leaves(entry, 0.03 * material.tree_height_m);
+    return exp(-max(way_m, vec2f(0.0)) / (LIGHT_REACHES * height_m)) * sun_through_leaves(entry, 0.03 * material.tree_height_m);
 }
 
-// Sunlight that reaches foliage, 0..1.
-fn sun_at_leaves(world: vec3f, tree: vec4f) -> f32 {
-    if material.stand_in != 0u {
-        return sun_at_card(world, tree, 1.0);
-    }
-    let reach = select(0.1 * material.tree_height_m, min(material.crown_reach.x, material.crown_reach.y), material.grows != 0u);
+// Sunlight that reaches leaves of their own, 0..1.
+fn sun_at_leaves(world: vec3f) -> f32 {
+    let reach = select(0.1 * material.tree_height_m, min(material.crown_reach.x, material.crown_reach.y), CROWN);
     return sun_through_leaves(world, 0.3 * reach);
 }
 
-// Sunlight that reaches wood, 0..1.
-fn sun_at_wood(world: vec3f, n: vec3f, tree: vec4f) -> f32 {
-    if material.stand_in != 0u {
-        return sun_at_card(world, tree, 0.0);
-    }
+// Sunlight that reaches wood of its own, 0..1.
+fn sun_at_wood(world: vec3f, n: vec3f) -> f32 {
     return sun_on_solid(world + 2.0 * frame.shadow_texel_m * n, 0.0);
 }
 
-// A point in the light of sun and sky, through the air; `leaf` as for `openness`.
+// Sunlight on a point that is foliage to the share `leaf`; of surfaces only a card is both foliage and wood.
+fn sun_at(world: vec3f, n: vec3f, tree: vec4f, leaf: f32) -> vec3f {
+    if STAND_IN {
+        let reaching = sun_at_card(world, tree);
+        return leaf * reaching.x * sun_on_foliage(n, toward_eye(world)) + (1.0 - leaf) * reaching.y * sun_on_face(n);
+    }
+    if FOLIAGE {
+        return sun_on_foliage(n, toward_eye(world)) * sun_at_leaves(world);
+    }
+    return sun_on_face(n) * sun_at_wood(world, n);
+}
+
+// A point in the light of sun and sky, through the air.
 fn lit(albedo: vec3f, world: vec3f, n: vec3f, from_center: vec3f, tree: vec4f, leaf: f32) -> vec3f {
-    var sun = vec3f(0.0);
-    if leaf > 0.0 {
-        sun += leaf * sun_on_foliage(n, toward_eye(world)) * sun_at_leaves(world, tree);
+    let color = albedo * (sun_at(world, n, tree, leaf) + ambient(n) * openness(from_center, leaf));
+    if !AIR {
+        return held(color);
     }
-    if leaf < 1.0 {
-        sun += (1.0 - leaf) * sun_on_face(n) * sun_at_wood(world, n, tree);
-    }
-    let color = albedo * (sun + ambient(n) * openness(from_center, leaf));
-    return held(select(color, through_air(color, eye_of(world), world), frame.background == SKY));
+    return held(through_air(color, eye_of(world), world));
 }
 
 // What is shown of a point: its colour, the same in light, or which way it faces.
 fn shown(albedo: vec3f, world: vec3f, n: vec3f, from_center: vec3f, tree: vec4f, leaf: f32) -> vec4f {
-    if frame.shading == LIT {
+    if SHADING == LIT {
         return vec4f(lit(albedo, world, n, from_center, tree, leaf), 1.0);
     }
-    return vec4f(select(albedo, 0.5 + 0.5 * n, frame.shading == NORMALS), 1.0);
+    return vec4f(select(albedo, 0.5 + 0.5 * n, SHADING == NORMALS), 1.0);
 }
 
 // The normal with what the part's normal map makes of it. Right and up of the texture on the surface come from how position and
@@ -121,7 +125,7 @@ fn shown(albedo: vec3f, world: vec3f, n: vec3f, from_center: vec3f, tree: vec4f,
 fn mapped_normal(seen: Seen, front: bool) -> vec3f {
     let n = normalize(seen.normal);
     let out = select(-n, n, front);
-    if material.normal_mapped == 0u {
+    if !NORMAL_MAPPED {
         return out;
     }
     let px = dpdx(seen.world);
@@ -142,12 +146,14 @@ fn mapped_normal(seen: Seen, front: bool) -> vec3f {
 
 // How much of a surface is foliage rather than wood. Captured cards have it in the alpha of their normals (repr::card).
 fn leaf_share(uv: vec2f) -> f32 {
-    let painted = textureSample(normal_texture, color_sampler, uv).a;
-    return material.foliage * select(1.0, painted, material.stand_in != 0u);
+    if !STAND_IN {
+        return select(0.0, 1.0, FOLIAGE);
+    }
+    return textureSample(normal_texture, color_sampler, uv).a;
 }
 
 fn id_of(seen: Seen) -> u32 {
-    if material.grows == 0u || seen.slot == 0u {
+    if !CROWN || !GROWING || seen.slot == 0u {
         return 0u;
     }
     let slot = seen.slot + material.grows - 1u;

@@ -2,13 +2,16 @@
 // the trunk bends like a cantilever, boughs swing at their own pace, leaves flutter by where they are on the crown.
 #import shared/frame
 
+// Whether it blows (render::pipelines).
+const WIND: bool = {WIND} != 0u;
+
 // How far the wind moves a point `at` of a tree (object space, metres, above its foot) that is `height_m` tall and stands at `foot` (world space): metres
 // along the world's axes before the tree's scale. Depends on nothing else, so that what is joined stays joined. The foot stays.
 fn sway(at: vec3f, height_m: f32, foot: vec3f) -> vec3f {
-    let lean = length(frame.lean);
-    if lean == 0.0 {
+    if !WIND {
         return vec3f(0.0);
     }
+    let lean = length(frame.lean);
     let along = frame.lean / lean;
     let up = clamp(at.y / height_m, 0.0, 1.0);
     // Tall trees swing slowly; gusts run over a grove, and no two trees are in step.

@@ -117,26 +117,24 @@ pub struct Material {
     pub alpha_cutoff: f32,
     /// Number of the crown within its tree, from 1, for a sphere-board crown, whose outline grows; 0 for everything else.
     pub grows: u32,
-    /// 1 when backs are drawn too.
-    pub two_sided: u32,
+    /// Unused: keeps what follows at a multiple of 8.
+    pub pad: u32,
     /// Half the crown's width and half its height, metres; 1 where there is no crown.
     pub crown_reach: [f32; 2],
     /// Height of the whole tree, metres, for the wind.
     pub tree_height_m: f32,
-    /// 1 for leaves, which let light through; 0 for wood.
-    pub foliage: f32,
-    /// 1 where the part has a normal map.
-    pub normal_mapped: u32,
-    /// 1 for a picture that stands for foliage which is elsewhere: a card.
-    pub stand_in: u32,
-    /// Middle of the tree's box, object space.
-    pub tree_center: [f32; 3],
     /// At what height the tree stands, metres, object space: 0 but in files that centre theirs.
     pub tree_foot_m: f32,
+    /// Unused: keeps what follows at a multiple of 16.
+    pub pad2: [f32; 2],
+    /// Middle of the tree's box, object space.
+    pub tree_center: [f32; 3],
+    /// Unused: keeps what follows at a multiple of 16.
+    pub pad3: f32,
     /// Half the size of that box, metres.
     pub tree_half: [f32; 3],
     /// Unused: keeps the size a multiple of 16.
-    pub pad2: f32,
+    pub pad4: f32,
 }
 
 /// When a part is seen and how its vertices are placed, a [`Seen`](crate::repr::Seen) and a [`Drawn`](crate::repr::Drawn): WGSL `Presence`.
@@ -145,30 +143,28 @@ pub struct Material {
 pub struct Presence {
     /// From where distances and sides are told, object space.
     pub anchor: [f32; 3],
-    /// [`Presence::FADE_NEVER`], [`Presence::FADE_HASHED`] or [`Presence::FADE_ALPHA`].
-    pub fade: u32,
+    /// Octahedral: frames along each side of the atlas.
+    pub grid: u32,
     /// Heights of the tree between which it appears.
     pub appears: [f32; 2],
     /// Between which it vanishes.
     pub vanishes: [f32; 2],
     /// Unit vector of the side from which it is seen.
     pub axis: [f32; 3],
-    /// Bits: [`Presence::FACING`], [`Presence::FACING_LEVEL`], [`Presence::FACING_BOTH`], [`Presence::FACING_OWN`].
-    pub facing: u32,
-    /// Where it begins to be seen by the cosine to that side, and where it is seen wholly.
-    pub cosines: [f32; 2],
-    /// 0, [`Presence::TURNED_UPRIGHT`] or [`Presence::TURNED_WHOLLY`].
-    pub drawn: u32,
-    /// Octahedral: frames along each side of the atlas.
-    pub grid: u32,
-    /// What it turns about; octahedral: the middle of what was captured.
-    pub pivot: [f32; 3],
     /// Octahedral: half the side of each picture, metres.
     pub radius_m: f32,
+    /// What it turns about; octahedral: the middle of what was captured.
+    pub pivot: [f32; 3],
+    /// Unused: keeps what follows at a multiple of 16.
+    pub pad: f32,
     /// From where it is told how far it is until it vanishes, object space.
     pub vanish_anchor: [f32; 3],
+    /// Unused: keeps what follows at a multiple of 8.
+    pub pad2: f32,
+    /// Where it begins to be seen by the cosine to that side, and where it is seen wholly.
+    pub cosines: [f32; 2],
     /// Unused: keeps the size a multiple of 16.
-    pub pad: f32,
+    pub pad3: [f32; 2],
 }
 
 impl Presence {

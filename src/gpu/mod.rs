@@ -16,7 +16,7 @@ mod timing;
 pub use adapter::{AdapterChoice, Gpu, instance};
 pub use buffer::{KeptBuffer, upload_buffer};
 pub use readback::{read_buffer, read_texture};
-pub use shader::{SHADERS, Shader, assemble};
+pub use shader::{SHADERS, Shader, VARIANTS, assemble, assemble_for};
 pub use survey::{Found, survey};
 pub use texture::{Target, target, upload_mips};
 pub use timing::PassClock;

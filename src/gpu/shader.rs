@@ -58,20 +58,50 @@ pub struct Shader(pub wgpu::ShaderModule);
 impl Shader {
     /// Compiles one of [`SHADERS`].
     pub fn load(gpu: &Gpu, name: &'static str) -> Self {
-        let text = assemble(name).expect("a test assembles and validates every shader of the table");
+        Self::load_for(gpu, name, &VARIANTS.map(|_| 0))
+    }
+
+    /// The same for given values of [`VARIANTS`].
+    pub fn load_for(gpu: &Gpu, name: &'static str, values: &[u32; VARIANTS.len()]) -> Self {
+        let text = assemble_for(name, values).expect("a test assembles and validates every shader of the table");
         let source = wgpu::ShaderSource::Wgsl(text.into());
         Self(gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source }))
     }
 }
 
-/// The text of a shader with its imports and numbers in place.
+/// Numbers that stand in a shader's text as [`SHARED_NUMBERS`] do, but differ from pipeline to pipeline: what is known of a part and of a
+/// picture. `render::pipelines` says what they mean.
+pub const VARIANTS: [&str; 11] = [
+    "PART_FADE",
+    "PART_FACING",
+    "PART_TURNED",
+    "FOLIAGE",
+    "CROWN",
+    "NORMAL_MAPPED",
+    "STAND_IN",
+    "GROWING",
+    "SHADING",
+    "AIR",
+    "WIND",
+];
+
+/// The text of a shader with its imports and numbers in place, all [`VARIANTS`] 0.
 ///
 /// # Errors
 /// The name that is in no row of [`SHADERS`].
 pub fn assemble(name: &str) -> Result<String, String> {
+    assemble_for(name, &VARIANTS.map(|_| 0))
+}
+
+/// The same for given values of [`VARIANTS`].
+///
+/// # Errors
+/// The name that is in no row of [`SHADERS`].
+pub fn assemble_for(name: &str, values: &[u32; VARIANTS.len()]) -> Result<String, String> {
     let mut text = String::new();
     include(name, &mut BTreeSet::new(), &mut text)?;
-    Ok(SHARED_NUMBERS.iter().fold(text, |text, (name, value)| text.replace(&format!("{{{name}}}"), &format!("{value}u"))))
+    let numbers = SHARED_NUMBERS.iter().copied().chain(VARIANTS.into_iter().zip(*values));
+    Ok(numbers.fold(text, |text, (name, value)| text.replace(&format!("{{{name}}}"), &format!("{value}u"))))
 }
 
 fn include(name: &str, seen: &mut BTreeSet<String>, out: &mut String) -> Result<(), String> {

@@ -4,8 +4,8 @@
 use glam::{Mat4, Vec3, Vec4};
 use image::{GrayImage, Luma, Rgba, RgbaImage};
 
-use super::mesh::{pipeline_layout, pipeline_of};
 use super::part::{DevicePart, PartStore, PlaceInTree, Textures};
+use super::pipelines::{pipeline_layout, pipeline_of};
 use super::screen::ScreenPipeline;
 use super::targets::{COLOR, DEPTH, color_attachment, depth_attachment};
 use crate::Result;

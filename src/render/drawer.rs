@@ -6,16 +6,16 @@ use crate::Result;
 use crate::gpu::Gpu;
 
 /// A pass that drawers draw into. Its groups 0 (the frame) and, where it is lit, 2 (the sun's map) are bound.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PassKind {
     /// The trees' temporary colour, depth and id (She §3.4).
-    Temporary {
-        /// Edges of triangles only, where the adapter can.
-        wireframe: bool,
-    },
+    Temporary,
     /// The sun's map: depth alone.
     Shadow,
 }
+
+/// All of them.
+pub const PASSES: [PassKind; 2] = [PassKind::Temporary, PassKind::Shadow];
 
 /// Draws one kind of part.
 pub trait Drawer {

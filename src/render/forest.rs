@@ -8,14 +8,14 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::drawer::{Drawer, PassKind};
-use super::mesh::{TARGETS, pipeline_of};
+use super::drawer::{Drawer, PASSES, PassKind};
 use super::part::{DevicePart, PartStore, PlaceInTree, Textures};
+use super::pipelines::{Pipelines, Style};
 use super::placing::Groups;
 use super::scene::{Scene, turn_of};
 use crate::Result;
 use crate::geom::Surface;
-use crate::gpu::{Gpu, Shader, layout, upload_buffer};
+use crate::gpu::{Gpu, layout, upload_buffer};
 use crate::model::Part;
 use crate::repr::BuiltPart;
 use crate::repr::lodf::{ClusterLevel, LeafForest, LeafId, Sent, Shown, Viewer, foliage};
@@ -120,10 +120,7 @@ const HEADER: u64 = 16;
 /// Draws leaves.
 #[derive(Debug)]
 pub struct ForestDrawer {
-    /// One-sided, two-sided.
-    seen: [wgpu::RenderPipeline; 2],
-    wires: Option<[wgpu::RenderPipeline; 2]>,
-    cast: [wgpu::RenderPipeline; 2],
+    pipelines: Pipelines,
     layout: wgpu::BindGroupLayout,
     placed: HashMap<Key, Placed>,
     frame: u64,
@@ -133,27 +130,10 @@ impl ForestDrawer {
     /// Compiles its pipelines.
     pub fn new(gpu: &Gpu, groups: &Groups) -> Self {
         let layout = leaves_layout(gpu);
-        let pipeline_layout = |label, sun| {
-            let groups = [Some(&groups.frame), Some(&groups.part), sun, Some(&layout)];
-            let descriptor = wgpu::PipelineLayoutDescriptor { label: Some(label), bind_group_layouts: &groups, immediate_size: 0 };
-            gpu.device.create_pipeline_layout(&descriptor)
-        };
-        let (lit, dark) = (pipeline_layout("leaves.layout", Some(&groups.sun)), pipeline_layout("cast_leaves.layout", None));
-        let (leaves, cast) = (Shader::load(gpu, "leaves"), Shader::load(gpu, "cast_leaves"));
-        let buffers = [Some(layout::Instance::LAYOUT)];
-        let sides = [Some(wgpu::Face::Back), None];
-        let fill = wgpu::PolygonMode::Fill;
-        let seen =
-            |mode| sides.map(|cull| pipeline_of(gpu, "leaves.pipeline", &lit, &leaves, &buffers, Some(&TARGETS), cull, mode));
-        let has_lines = gpu.device.features().contains(wgpu::Features::POLYGON_MODE_LINE);
-        Self {
-            seen: seen(fill),
-            wires: has_lines.then(|| seen(wgpu::PolygonMode::Line)),
-            cast: sides.map(|cull| pipeline_of(gpu, "cast_leaves.pipeline", &dark, &cast, &buffers, Some(&[]), cull, fill)),
-            layout,
-            placed: HashMap::new(),
-            frame: 0,
-        }
+        let buffers = &[Some(layout::Instance::LAYOUT)];
+        let style = Style { seen: "leaves", cast: "cast_leaves", buffers, solid: false, grows: false };
+        let pipelines = Pipelines::new(gpu, style, groups, Some(&layout));
+        Self { pipelines, layout, placed: HashMap::new(), frame: 0 }
     }
 
     /// Shows of a placed tree what its viewer asks for; gives the bytes sent.
@@ -180,14 +160,6 @@ impl ForestDrawer {
         });
         self.placed.insert(key, Placed { shown, buffer, group, used: self.frame });
         size_of_val(&whole[..]) as u64
-    }
-
-    fn pipeline(&self, part: &DevicePart, kind: PassKind) -> &wgpu::RenderPipeline {
-        let side = usize::from(part.two_sided);
-        match kind {
-            PassKind::Shadow => &self.cast[side],
-            PassKind::Temporary { wireframe } => &self.wires.as_ref().filter(|_| wireframe).unwrap_or(&self.seen)[side],
-        }
     }
 
     /// Leaves shown of all trees in the last frame.
@@ -249,14 +221,13 @@ fn viewer(scene: &Scene, instance: &layout::Instance, tree_height_m: f32) -> Vie
     Viewer { eye: own, heights }
 }
 
-const PASSES: [PassKind; 2] = [PassKind::Temporary { wireframe: false }, PassKind::Shadow];
-
 impl Drawer for ForestDrawer {
     fn prepare(&mut self, gpu: &Gpu, scene: &Scene) -> Result<u64> {
         self.frame += 1;
         let mut sent = 0;
-        for placed in PASSES.iter().flat_map(|kind| scene.trees(*kind)) {
+        for (kind, placed) in PASSES.iter().flat_map(|kind| scene.trees(*kind).iter().map(move |placed| (*kind, placed))) {
             for part in placed.tree.forests() {
+                self.pipelines.ready(gpu, &part.part, kind, scene.traits);
                 for instance in placed.instances(scene, part.part.group) {
                     let key = key(part, instance);
                     if self.placed.get(&key).is_none_or(|placed| placed.used != self.frame) {
@@ -275,7 +246,7 @@ impl Drawer for ForestDrawer {
         for tree in scene.trees(kind) {
             for part in tree.tree.forests() {
                 let Some((bytes, _)) = tree.placed(part.part.group) else { continue };
-                pass.set_pipeline(self.pipeline(&part.part, kind));
+                pass.set_pipeline(self.pipelines.of(&part.part, kind, scene.traits));
                 pass.set_bind_group(1, &part.part.material, &[]);
                 for (number, instance) in tree.instances(scene, part.part.group).iter().enumerate() {
                     let Some(placed) = self.placed.get(&key(part, instance)) else { continue };

@@ -296,7 +296,7 @@ impl<'a> Seer<'a> {
 
     /// The crown of an instance, where it is seen, is in the picture and grows by a pixel or more.
     fn see(&self, tree: &Tree, crown: &CrownShape, number: usize, instance: &layout::Instance, growth: &Growth) -> Option<Seen> {
-        if self.viewer.share(tree.height_m(), &crown.seen, instance, PassKind::Temporary { wireframe: false }) <= 0.0 {
+        if self.viewer.share(tree.height_m(), &crown.seen, instance, PassKind::Temporary) <= 0.0 {
             return None;
         }
         let (world_from_object, turn) = placed(instance);

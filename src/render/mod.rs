@@ -28,6 +28,7 @@ mod light;
 mod limb;
 mod mesh;
 mod part;
+mod pipelines;
 mod placing;
 mod present;
 mod scene;
@@ -171,6 +172,15 @@ impl Shot {
         let farther = self.level_viewer.map_or(1.0, |viewer| viewer.farther);
         let own = || self.camera.heights(self.size_px[1]).map(|part| farther * part);
         self.level_distance.map_or_else(own, |told| [told, -1.0])
+    }
+
+    /// What surfaces show.
+    fn shading(&self) -> u32 {
+        match (self.show, self.stage) {
+            (Show::Normals, _) => layout::Frame::NORMALS,
+            (_, Stage::Lit) => layout::Frame::LIT,
+            _ => layout::Frame::BASE_COLOR,
+        }
     }
 
     /// A lit picture under a sky in still air, as the parameters' defaults have it.
@@ -479,7 +489,7 @@ impl Renderer {
             self.grounds.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, ground);
         }
         passed(&mut encoder, "backdrop")?;
-        let kind = PassKind::Temporary { wireframe: shot.show == Show::Wireframe };
+        let kind = PassKind::Temporary;
         let mut pass = begin_temporary(&mut encoder, &self.frame_group, &self.sun, targets);
         drawers.iter().for_each(|drawer| drawer.draw(&mut pass, &scene, kind));
         drop(pass);
@@ -569,11 +579,7 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> lay
         eye: shot.camera.eye.to_array(),
         time_s: shot.wind.time as f32,
         toward_sun: toward_sun.to_array(),
-        shading: match (shot.show, shot.stage) {
-            (Show::Normals, _) => layout::Frame::NORMALS,
-            (_, Stage::Lit) => layout::Frame::LIT,
-            _ => layout::Frame::BASE_COLOR,
-        },
+        shading: shot.shading(),
         sun_color: light.sun.to_array(),
         shadow_texel_m: sun.map_or(0.0, |sun| sun.texel_m),
         sky_color: light.sky.to_array(),

@@ -6,6 +6,7 @@ use bytemuck::Zeroable;
 use glam::Vec3;
 use image::{Rgba, RgbaImage};
 
+use super::pipelines::PartTraits;
 use crate::geom::Bounds;
 use crate::gpu::{Gpu, layout, upload_buffer, upload_mips};
 use crate::model::{Material, Part, Wrap};
@@ -25,6 +26,8 @@ pub struct DevicePart {
     pub material: wgpu::BindGroup,
     /// Backs are drawn too.
     pub two_sided: bool,
+    /// What its shaders are made for.
+    pub traits: PartTraits,
     /// It has holes, or fades: its fragments have to be asked whether they are there.
     pub pierced: bool,
     /// Which of the tree's groups it belongs to.
@@ -116,8 +119,9 @@ impl PartStore {
             vertices: buffer("part.vertices", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer("part.indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             count: indices.len() as u32,
-            material: self.bind(gpu, part, material_of(part, place), presence_of(part, drawn, seen), textures),
+            material: self.bind(gpu, part, material_of(part, place), presence_of(drawn, seen), textures),
             two_sided: part.material.two_sided,
+            traits: traits_of(part, (drawn, seen), place),
             pierced: part.material.alpha_cutoff.is_some() || !seen.is_always(),
             group: place.group,
         }
@@ -152,7 +156,7 @@ impl PartStore {
 }
 
 fn material_of(part: &Part, PlaceInTree { bounds: tree, crown, .. }: PlaceInTree) -> layout::Material {
-    let Material { factor, alpha_cutoff, two_sided, normal_texture, .. } = &part.material;
+    let Material { factor, alpha_cutoff, .. } = &part.material;
     let box_of_crown = part.crown_center.and_then(|_| part.surface.mesh.bounds());
     let half = box_of_crown.map_or(Vec3::ONE, |crown| (0.5 * crown.size()).max(Vec3::splat(1e-3)));
     layout::Material {
@@ -160,17 +164,43 @@ fn material_of(part: &Part, PlaceInTree { bounds: tree, crown, .. }: PlaceInTree
         crown_center: part.crown_center.unwrap_or_default().to_array(),
         alpha_cutoff: alpha_cutoff.unwrap_or(0.0),
         grows: crown,
-        two_sided: u32::from(*two_sided),
         crown_reach: [half.x.max(half.z), half.y],
         tree_height_m: tree.height_m(),
         tree_foot_m: tree.foot_y(),
-        // Only leaves are cut out of what they are painted on.
-        foliage: f32::from(u8::from(alpha_cutoff.is_some())),
-        normal_mapped: u32::from(normal_texture.is_some()),
-        stand_in: u32::from(is_stand_in(part, tree)),
         tree_center: tree.center().to_array(),
         tree_half: (0.5 * tree.size()).max(Vec3::splat(1e-3)).to_array(),
         ..layout::Material::zeroed()
+    }
+}
+
+fn traits_of(part: &Part, (drawn, seen): (&Drawn, &Seen), place: PlaceInTree) -> PartTraits {
+    let Material { alpha_cutoff, normal_texture, .. } = &part.material;
+    PartTraits {
+        fade: match seen.fade {
+            _ if seen.is_always() => layout::Presence::FADE_NEVER,
+            // What has no cutoff to raise is thinned out.
+            Fade::Alpha if alpha_cutoff.is_some() => layout::Presence::FADE_ALPHA,
+            Fade::Alpha | Fade::Hashed => layout::Presence::FADE_HASHED,
+        },
+        facing: match seen.facing {
+            Facing::Any => 0,
+            Facing::Own { .. } => layout::Presence::FACING | layout::Presence::FACING_OWN | layout::Presence::FACING_BOTH,
+            Facing::Toward { level, both_sides, .. } => {
+                let bit = |set: bool, bit: u32| if set { bit } else { 0 };
+                let level = bit(level, layout::Presence::FACING_LEVEL);
+                layout::Presence::FACING | level | bit(both_sides, layout::Presence::FACING_BOTH)
+            }
+        },
+        turned: match drawn {
+            Drawn::Still | Drawn::Forest(_) => 0,
+            Drawn::Turned { upright: true, .. } => layout::Presence::TURNED_UPRIGHT,
+            Drawn::Turned { upright: false, .. } | Drawn::Octahedral(_) => layout::Presence::TURNED_WHOLLY,
+        },
+        // Only leaves are cut out of what they are painted on.
+        foliage: alpha_cutoff.is_some(),
+        crown: place.crown != 0,
+        normal_mapped: normal_texture.is_some(),
+        stand_in: is_stand_in(part, place.bounds),
     }
 }
 
@@ -193,45 +223,31 @@ fn is_stand_in(part: &Part, tree: Bounds) -> bool {
     captured && area > (CARD * tree.height_m()).powi(2) * mesh.polygon_count() as f32
 }
 
-fn presence_of(part: &Part, drawn: &Drawn, seen: &Seen) -> layout::Presence {
-    let Seen { anchor, vanish_anchor, appears, vanishes, facing, fade } = *seen;
-    let (axis, cosines, facing) = match facing {
-        Facing::Any => (Vec3::Z, [0.0; 2], 0),
-        Facing::Own { cosines } => {
-            let bits = layout::Presence::FACING_OWN | layout::Presence::FACING_BOTH;
-            (Vec3::Z, cosines, layout::Presence::FACING | bits)
-        }
-        Facing::Toward { axis, cosines, level, both_sides } => {
-            let bit = |set: bool, bit: u32| if set { bit } else { 0 };
-            let bits = bit(level, layout::Presence::FACING_LEVEL) | bit(both_sides, layout::Presence::FACING_BOTH);
-            (axis, cosines, layout::Presence::FACING | bits)
-        }
+fn presence_of(drawn: &Drawn, seen: &Seen) -> layout::Presence {
+    let Seen { anchor, vanish_anchor, appears, vanishes, facing, .. } = *seen;
+    let (axis, cosines) = match facing {
+        Facing::Any => (Vec3::Z, [0.0; 2]),
+        Facing::Own { cosines } => (Vec3::Z, cosines),
+        Facing::Toward { axis, cosines, .. } => (axis, cosines),
     };
-    let (pivot, drawn, grid, radius_m) = match *drawn {
-        Drawn::Still | Drawn::Forest(_) => (Vec3::ZERO, 0, 0, 0.0),
-        Drawn::Turned { pivot, upright: true } => (pivot, layout::Presence::TURNED_UPRIGHT, 0, 0.0),
-        Drawn::Turned { pivot, upright: false } => (pivot, layout::Presence::TURNED_WHOLLY, 0, 0.0),
-        Drawn::Octahedral(impostor) => (impostor.center, layout::Presence::TURNED_WHOLLY, impostor.grid, impostor.radius_m),
+    let (pivot, grid, radius_m) = match *drawn {
+        Drawn::Still | Drawn::Forest(_) => (Vec3::ZERO, 0, 0.0),
+        Drawn::Turned { pivot, .. } => (pivot, 0, 0.0),
+        Drawn::Octahedral(impostor) => (impostor.center, impostor.grid, impostor.radius_m),
     };
     layout::Presence {
         anchor: anchor.to_array(),
-        vanish_anchor: vanish_anchor.unwrap_or(anchor).to_array(),
-        pad: 0.0,
-        fade: match fade {
-            _ if seen.is_always() => layout::Presence::FADE_NEVER,
-            // What has no cutoff to raise is thinned out.
-            Fade::Alpha if part.material.alpha_cutoff.is_some() => layout::Presence::FADE_ALPHA,
-            Fade::Alpha | Fade::Hashed => layout::Presence::FADE_HASHED,
-        },
+        grid,
         appears,
         vanishes,
         axis: axis.to_array(),
-        facing,
-        cosines,
-        drawn,
-        grid,
-        pivot: pivot.to_array(),
         radius_m,
+        pivot: pivot.to_array(),
+        pad: 0.0,
+        vanish_anchor: vanish_anchor.unwrap_or(anchor).to_array(),
+        pad2: 0.0,
+        cosines,
+        pad3: [0.0; 2],
     }
 }
 

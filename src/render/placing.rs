@@ -1,7 +1,7 @@
 //! How the shaders of drawers learn where a tree stands: from an [`Instance`](layout::Instance) of its own, or from its number among the
 //! many of a [`Crowd`](super::Crowd).
 
-use crate::gpu::{Gpu, Shader, layout};
+use crate::gpu::{Gpu, layout};
 
 /// Where the trees that are drawn stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,15 +13,11 @@ pub enum Placing {
 }
 
 impl Placing {
-    /// Of two shaders' names, each for this placing and the other, those for this.
-    pub fn shaders<const N: usize>(self, gpu: &Gpu, names: [[&'static str; 2]; N]) -> [Shader; N] {
-        names.map(|pair| Shader::load(gpu, pair[usize::from(self == Self::Many)]))
-    }
-
     /// The vertex buffers.
-    pub fn buffers(self) -> [Option<wgpu::VertexBufferLayout<'static>>; 2] {
-        let places = if self == Self::Each { layout::Instance::LAYOUT } else { layout::Placed::LIST };
-        [Some(layout::Vertex::LAYOUT), Some(places)]
+    pub fn buffers(self) -> &'static [Option<wgpu::VertexBufferLayout<'static>>] {
+        const EACH: &[Option<wgpu::VertexBufferLayout<'static>>] = &[Some(layout::Vertex::LAYOUT), Some(layout::Instance::LAYOUT)];
+        const MANY: &[Option<wgpu::VertexBufferLayout<'static>>] = &[Some(layout::Vertex::LAYOUT), Some(layout::Placed::LIST)];
+        if self == Self::Each { EACH } else { MANY }
     }
 }
 
@@ -39,10 +35,9 @@ pub struct Groups {
 }
 
 impl Groups {
-    /// The layout of a pipeline that draws parts.
-    pub fn layout(&self, gpu: &Gpu, label: &'static str, placing: Placing, lit: bool) -> wgpu::PipelineLayout {
-        let groups =
-            [Some(&self.frame), Some(&self.part), lit.then_some(&self.sun), (placing == Placing::Many).then_some(&self.crowd)];
+    /// The layout of a pipeline that draws parts; `own` is its drawer's own group 3.
+    pub fn layout(&self, gpu: &Gpu, label: &'static str, lit: bool, own: Option<&wgpu::BindGroupLayout>) -> wgpu::PipelineLayout {
+        let groups = [Some(&self.frame), Some(&self.part), lit.then_some(&self.sun), own];
         let last = groups.iter().rposition(Option::is_some).map_or(0, |last| last + 1);
         let descriptor =
             wgpu::PipelineLayoutDescriptor { label: Some(label), bind_group_layouts: &groups[..last], immediate_size: 0 };

@@ -7,6 +7,7 @@ use glam::{Quat, Vec3};
 
 use super::drawer::PassKind;
 use super::growth::GrowthInput;
+use super::pipelines::FrameTraits;
 use super::shadow::SunView;
 use super::tree::Tree;
 use super::wind::Sway;
@@ -117,6 +118,8 @@ pub struct Scene<'a> {
     all: &'a [layout::Instance],
     /// Who looks.
     pub viewer: Viewer,
+    /// What is known of the picture.
+    pub traits: FrameTraits,
 }
 
 impl Scene<'_> {
@@ -137,7 +140,7 @@ impl Scene<'_> {
                 sum + Counted { draws: 1, triangles: u64::from(count) * u64::from(part.count / 3) }
             })
         };
-        of_kind(PassKind::Temporary { wireframe: false }) + of_kind(PassKind::Shadow)
+        of_kind(PassKind::Temporary) + of_kind(PassKind::Shadow)
     }
 }
 
@@ -170,7 +173,7 @@ impl Instances {
         let mut placing = Placing { viewer, all: Vec::with_capacity(self.kept.len()) };
         let seen = stands.iter().zip(&growing.slots).map(|(stand, slots)| {
             let with_slots = stand.instances.iter().zip(slots).map(|(place, slot)| layout::Instance { extra: *slot, ..*place });
-            placing.place(stand.tree, with_slots.collect(), PassKind::Temporary { wireframe: false })
+            placing.place(stand.tree, with_slots.collect(), PassKind::Temporary)
         });
         let seen = seen.collect();
         let sway = Sway::of(&shot.wind);
@@ -186,7 +189,7 @@ impl Instances {
             self.kept = placing.all;
         }
         let instances = self.buffer.get();
-        Ok((Scene { seen, cast, crowd: placed.crowd, instances, all: &self.kept, viewer }, sent))
+        Ok((Scene { seen, cast, crowd: placed.crowd, instances, all: &self.kept, viewer, traits: FrameTraits::of(shot) }, sent))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The ground: a height field, lit and shadowed as trees are, seen through the same air (She §3.5, fig. 19a).
 
-use super::mesh::pipeline_of;
+use super::pipelines::pipeline_of;
 use super::placing::{Groups, Placing};
 use super::targets::{COLOR, Targets, color_attachment, depth_attachment};
 use crate::geom::HeightField;

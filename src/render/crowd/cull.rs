@@ -184,11 +184,11 @@ impl Asking<'_> {
         if at.in_picture == Side::Across || one_by_one {
             let trees = run.trees.clone().filter_map(|tree| self.seen(run.species, tree, at, share));
             let trees: Vec<u32> = trees.collect();
-            self.list(&trees, run, bounds, (first, PassKind::Temporary { wireframe: false }), share);
+            self.list(&trees, run, bounds, (first, PassKind::Temporary), share);
         } else if at.in_picture == Side::Inside {
             share.trees += run.trees.len();
             let trees: Vec<u32> = run.trees.clone().collect();
-            self.list(&trees, run, bounds, (first, PassKind::Temporary { wireframe: false }), share);
+            self.list(&trees, run, bounds, (first, PassKind::Temporary), share);
         }
         if at.in_sun {
             // What grows in the picture casts its shadow with it.

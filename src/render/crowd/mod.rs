@@ -274,6 +274,17 @@ impl Crowd {
         (0..self.shapes[species].groups.len()).map(|group| lists[first + group].len()).collect()
     }
 
+    /// Those of its parts, meshes or impostors, that the last picture shows in a pass.
+    pub(super) fn drawn(&self, kind: PassKind, impostors: bool) -> impl Iterator<Item = &DevicePart> {
+        let lists = self.kept.as_ref().map_or(&[][..], |(_, culled)| &culled.lists);
+        let first = if kind == PassKind::Shadow { lists.len() / 2 } else { 0 };
+        let firsts = self.species.iter().scan(first, |sum, tree| Some(std::mem::replace(sum, *sum + tree.groups().len())));
+        self.species.iter().zip(firsts).flat_map(move |(tree, first)| {
+            let of = if impostors { tree.impostors() } else { tree.meshes() };
+            of.iter().filter(move |part| lists.get(first + part.group).is_some_and(|list| !list.is_empty()))
+        })
+    }
+
     /// Draws those of its parts that are meshes, or those that are impostors; `ready` sets the pipeline of each.
     pub(super) fn draw(
         &self,
