@@ -34,10 +34,23 @@ fn a_table_is_planted_where_it_says() {
 }
 
 #[test]
+fn variants_of_a_species_take_turns() {
+    let rows: String = (0..60).map(|i| format!("{i},0,Quercus robur\n")).collect();
+    let inventory = read(format!("x,y,species\n{rows}").as_bytes()).unwrap();
+    let kinds = [species(), species()].concat();
+    let frame = inventory.frame(None, [200.0; 2]);
+    let (trees, _) = inventory.plant(&frame, &flat(200.0), &kinds, &PlantingParams::default(), Seed(1));
+    let count = |kind: u16| trees.iter().filter(|t| t.species == kind).count();
+    assert!(count(0) > 15 && count(2) > 15 && count(0) + count(2) == 60, "{} {}", count(0), count(2));
+    assert!(inventory.plant(&frame, &flat(200.0), &[], &PlantingParams::default(), Seed(1)).0.is_empty());
+}
+
+#[test]
 fn bad_rows_are_told_by_line_and_skipped() {
-    let text = "x,y,height,crown_width\n1,2,8,\nNaN,2,8,\n3\n\n4,5,-2,\n4,5,1e9,\n6,7,,4\n900,0,5,\n8,9,tall,\n";
-    let (trees, warnings) = planted(text, 100.0);
-    assert_eq!(trees.len(), 2);
+    let text = "x,y,height,crown_width\n1,2,8,\nNaN,2,8,\n3\n\n4,5,-2,\n4,5,1e9,\n6,7,,4\n900,0,5,\n8,9,tall,\n".to_owned()
+        + &"1,1,8,\n".repeat(20);
+    let (trees, warnings) = planted(&text, 100.0);
+    assert_eq!(trees.len(), 22);
     assert!([0.5, 0.4].contains(&trees[1].scale), "by its crown, {}", trees[1].scale);
     let told = &warnings[0].message;
     for part in [
