@@ -1,9 +1,12 @@
 //! Groves: what stands where, on which ground, seen along which path. Plain data, metres, +Y up, +X east, -Z north.
 
+pub mod drive;
 pub mod inventory;
 pub mod path;
 pub mod placement;
+pub mod record;
 pub mod scene;
+pub mod stock;
 pub mod terrain;
 
 use glam::Vec3;

@@ -14,11 +14,14 @@ use super::path::{CameraParams, Key};
 use super::placement::{PlantingParams, check_number};
 use super::terrain::TerrainParams;
 use crate::params::ParamSet;
+use crate::render::Stage;
 use crate::{Error, Result, files, repr};
 
 crate::params! {
-    /// Light and air.
+    /// Light and air, and how far pictures are taken.
     pub struct StageParams {
+        /// How far pictures are taken.
+        stage: Stage = Stage::Lit, unit "", source "She fig. 15 b-e";
         /// Where the sun stands round the scene; 0 is south, 90 is east.
         sun_azimuth_deg: f64 = 50.0, in -360.0..=360.0, unit "°", source "ours: from behind the viewer's right shoulder as the tour begins";
         /// How high the sun stands.
@@ -26,7 +29,7 @@ crate::params! {
         /// Where fog has taken half of what is seen; 0 is clear air.
         fog_half_m: f64 = 0.0, in 0.0..=100_000.0, unit "m", source "ours: small scenes have none";
         /// How hard the wind blows; 0 is calm.
-        wind_strength: f64 = 0.0, in 0.0..=1.0, unit "", source "ours: none of the papers' groves moves";
+        wind_m_s: f64 = 0.0, in 0.0..=60.0, unit "m/s", source "ours: none of the papers' groves moves";
     }
 }
 
