@@ -96,6 +96,9 @@ fn a_map_of_the_same_coordinates_places_the_list() {
     let centred = inventory.frame(None, [100.0; 2]);
     assert_eq!(centred.to_scene([500_010.0, 5_799_990.0]), [0.0, 0.0]);
     assert!(centred.warning.unwrap().message.contains("about its own middle"));
+    // Metres from a corner of the ground: some of the list lies on it all the same, which is no reason to lose the rest.
+    let corner = read(b"x,y\n0,0\n10,10\n400,300\n500,600\n600,200\n").unwrap();
+    assert_eq!(corner.frame(None, [100.0; 2]).middle, [400.0, 200.0]);
 }
 
 #[test]
