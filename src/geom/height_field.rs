@@ -62,7 +62,7 @@ impl HeightField {
         }
         let (east_m, south_m) = (west_m + (columns - 1) as f32 * step_m, north_m + (rows - 1) as f32 * step_m);
         let mut all = [west_m, north_m, east_m, south_m].into_iter().chain(heights_m.iter().copied());
-        if let Some(far) = all.find(|v| !(v.abs() <= FARTHEST_M)) {
+        if let Some(far) = all.find(|v| !(..=FARTHEST_M).contains(&v.abs())) {
             let expected = format!("ground within {FARTHEST_M} m of the origin");
             return refuse(expected, format!("{far}"), "fill in missing heights, or move the origin nearer");
         }

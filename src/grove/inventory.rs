@@ -249,7 +249,7 @@ impl Frame {
 
 impl Inventory {
     /// Into a scene: by the ground's own place on the Earth where it speaks of the same coordinates; as metres from the ground's middle
-    /// where most of the list then stands on it (`size_m`, east and north); otherwise about the list's own middle. Longitudes and
+    /// where nine tenths of the list then stand on it (`size_m`, east and north); otherwise about the list's own middle. Longitudes and
     /// latitudes are laid flat there: equirectangular, good to a metre over ten kilometres.
     pub fn frame(&self, georeference: Option<&Georeference>, size_m: [f32; 2]) -> Frame {
         let degrees = self.coordinates == Coordinates::Degrees;
@@ -257,7 +257,7 @@ impl Inventory {
             return Frame { middle: map.origin, unit_m: map.unit_m, warning: None };
         }
         let on_ground = |e: &&Entry| e.at[0].abs() <= 0.5 * f64::from(size_m[0]) && e.at[1].abs() <= 0.5 * f64::from(size_m[1]);
-        if !degrees && georeference.is_none() && 2 * self.entries.iter().filter(on_ground).count() >= self.entries.len() {
+        if !degrees && georeference.is_none() && 10 * self.entries.iter().filter(on_ground).count() >= 9 * self.entries.len() {
             return Frame { middle: [0.0; 2], unit_m: [1.0; 2], warning: None };
         }
         let middle = [0, 1].map(|axis| median(self.entries.iter().map(|e| e.at[axis]).collect()));
@@ -284,7 +284,10 @@ impl Inventory {
         let tree = |entry: &Entry| -> Result<Planted, String> {
             let [x, z] = frame.to_scene(entry.at);
             let mut draws = seed.keyed("grove-listed", entry.line as u64);
-            let kind = entry.name.map_or_else(|| stands.species_at(x, z, &mut draws), |name| kinds[name as usize]);
+            let kind = match entry.name.map(|name| &kinds[name as usize]) {
+                Some(variants) => variants[draws.below(variants.len())],
+                None => stands.species_at(x, z, &mut draws),
+            };
             let own = species.get(kind).ok_or("there is no species to plant")?;
             let scale = match (entry.height_m, entry.crown_width_m) {
                 (Some(height), _) => height / own.height_m,
@@ -309,18 +312,20 @@ impl Inventory {
         (planted, frame.warning.iter().cloned().chain(unknown).chain(skipped.warning(self.rows_are)).collect())
     }
 
-    /// Which species each name is, and those that none is called.
-    fn kinds(&self, species: &[SpeciesSize], seed: Seed) -> (Vec<usize>, Option<Warning>) {
+    /// Which species each name is, with all of its variants, and those that none is called.
+    fn kinds(&self, species: &[SpeciesSize], seed: Seed) -> (Vec<Vec<usize>>, Option<Warning>) {
         let mut unknown = vec![];
         let kinds = self.names.iter().map(|name| {
-            kind_of(name, species).unwrap_or_else(|| {
+            let first = kind_of(name, species).unwrap_or_else(|| {
                 unknown.push(name.as_str());
                 // Like names stay alike, whatever stands around them.
                 let key = name.bytes().fold(7, |h: u64, b| h.wrapping_mul(31).wrapping_add(b.into()));
                 seed.keyed("grove-unknown-species", key).below(species.len())
-            })
+            });
+            let like = |kind: &usize| *kind == first || species[*kind].name == species[first].name;
+            if species.is_empty() { vec![0] } else { (0..species.len()).filter(like).collect() }
         });
-        let kinds = kinds.collect();
+        let kinds: Vec<Vec<usize>> = kinds.collect();
         let few = unknown.iter().take(5).map(|name| format!("{name:.40}")).collect::<Vec<_>>().join(", ");
         let told = format!("{} species of the inventory are not in the scene ({few}); others stand for them", unknown.len());
         (kinds, (!unknown.is_empty()).then(|| Warning::new("inventory-species-unknown", told)))

@@ -174,8 +174,8 @@ impl Path {
     /// Those of [`Self::new`].
     pub fn tour(ground: &HeightField, params: &CameraParams) -> Result<Self> {
         const KEYS: u16 = 96;
-        // An eight is 6.1 times as long as it reaches to either side.
-        const LENGTH: f64 = 6.1;
+        // An eight is 9.4 times as long as it reaches to either side.
+        const LENGTH: f64 = 9.4;
         let bounds = ground.bounds();
         let (middle, size) = (bounds.center(), bounds.size());
         let far = (params.camera_speed_m_s * params.camera_length_s / LENGTH) as f32;
@@ -185,7 +185,7 @@ impl Path {
         let place = |share: f32| {
             // Gerono's figure of eight, entered and left at its southern end.
             let (sin, cos) = (TAU * share).sin_cos();
-            let (x, z) = (middle.x + reach.x * sin * cos, middle.z + reach.z * cos);
+            let (x, z) = (middle.x + reach.x * 2.0 * sin * cos, middle.z + reach.z * cos);
             // High at the ends of the path, low from an eighth to seven eighths.
             let rise = smooth(1.0 - 8.0 * share.min(1.0 - share));
             let floor = ground.height_at(x, z).unwrap_or(bounds.max.y);
@@ -360,6 +360,14 @@ mod tests {
         let told = |text: &str| Path::from_toml(text).unwrap_err().to_string();
         assert!(told("[[key]]\ntime_s = 0\neye = [0,0,0]\ntarget = [0,0]\n").contains("line"));
         assert!(Path::from_toml("[[key]]\ntime_s = 0.0\neye = [0.0,0.0,0.0]\ntarget = [0.0,0.0,1.0]\n").is_ok());
+    }
+
+    #[test]
+    fn a_tour_is_as_fast_as_told() {
+        let ground = HeightField::flat(2000.0).unwrap();
+        let path = Path::tour(&ground, &CameraParams { camera_overview_m: 8.0, ..Default::default() }).unwrap();
+        let way: f32 = (0..600).map(|i| path.at(0.1 * i as f32).eye.distance(path.at(0.1 * (i + 1) as f32).eye)).sum();
+        assert!((way / path.length_s() / 8.0 - 1.0).abs() < 0.03, "{way}");
     }
 
     #[test]

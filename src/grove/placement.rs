@@ -20,8 +20,8 @@ use crate::{Error, Result, Seed, Warning};
 crate::params! {
     /// How trees are planted.
     pub struct PlantingParams {
-        /// Smallest distance between two trees over the one that an even spread would give each: 0 is pure chance, 0.8 a plantation.
-        evenness: f64 = 0.6, in 0.0..=0.8, unit "", source "ours: crowns touch here and there, as in woods that grew by themselves";
+        /// Smallest distance between two trees over the one that an even spread would give each: 0.3 is nearly chance, 0.8 a plantation.
+        evenness: f64 = 0.6, in 0.3..=0.8, unit "", source "ours: crowns touch here and there, as in woods that grew by themselves";
         /// How much like grows beside like; 0 mixes the species at every place as their shares say.
         species_clumping: f64 = 0.6, in 0.0..=1.0, unit "", source "ours: stands of one species with others among them";
         /// Share of the ground that is left open, in clearings.
@@ -35,11 +35,11 @@ crate::params! {
     }
 }
 
-/// Trees that a scene may have. Memory for 2²⁴ of them is about 1 GB.
-pub const MOST_TREES: u64 = 1 << 24;
+/// Trees that a scene may have: they take half a gigabyte.
+pub const MOST_TREES: u64 = 1 << 22;
 
-/// What a tree takes while it is placed and once it stands: the point and its cell, [`Planted`], an instance on the device.
-pub const BYTES_PER_TREE: u64 = 12 + 40 + 24 + 32;
+/// What a tree takes while it is placed and once it stands: its cells and its lot, [`Planted`], an instance on the device.
+pub const BYTES_PER_TREE: u64 = 44 + 16 + 24 + 32;
 
 /// Rounds of darts before the distance is found to be too large.
 const ROUNDS: u32 = 48;
@@ -50,7 +50,7 @@ const MOST_CELLS: usize = 500_000;
 /// What placement knows of a species.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeciesSize {
-    /// What the scene calls it.
+    /// What the scene calls it; variants of a species are called the same.
     pub name: String,
     /// Other names that an inventory may use.
     pub also: Vec<String>,
@@ -105,11 +105,11 @@ pub fn scatter(
     let [width, depth] = ground.size_m().map(f64::from);
     // Where hardly anything is open, the look at it may have missed all of it.
     let area_m2 = width * depth * share.max(1e-3);
-    // Darts settle at 0.7 points to a square of the distance, so up to 0.8 there is room for all; 0 still keeps feet apart.
-    let mut apart_m = evenness.max(0.02) * (area_m2 / count as f64).sqrt();
+    // Darts settle at 0.7 points to a square of the distance, so up to 0.8 there is room for all. The grid has 2 cells to that square.
+    let mut apart_m = evenness.clamp(0.3, 0.8) * (area_m2 / count as f64).sqrt();
     let mut best = Darts::thrown(ground, apart_m, count as usize, seed, open);
     // Nearer to each other, until they fit, or until the grid would take more memory than the trees may.
-    while best.count < count as usize && best.cells() < 64 * count as usize + MOST_CELLS {
+    while best.count < count as usize && best.cells() < 24 * count as usize + MOST_CELLS {
         apart_m *= 0.8;
         best = Darts::thrown(ground, apart_m, count as usize, seed, open);
     }
@@ -252,7 +252,7 @@ impl<'a> Openness<'a> {
     /// As the parameters say.
     pub fn new(ground: &'a HeightField, params: &PlantingParams, seed: Seed) -> Self {
         const SIDE: u16 = 96;
-        let noise = fractal(seed, "grove-clearings", params.clearing_m, 3, 0.5);
+        let noise = fractal(seed, "grove-clearings", params.clearing_m, 5, 0.55);
         // The noise that this share of the ground stays below.
         let [width, depth] = ground.size_m();
         let at = |index: u16, from: f32, size: f32| from + (f32::from(index) + 0.5) / f32::from(SIDE) * size;
@@ -324,9 +324,9 @@ pub(super) struct Stands {
 
 impl Stands {
     pub(super) fn new(species: &[SpeciesSize], params: &PlantingParams, seed: Seed) -> Self {
-        let noise =
-            |index: usize| fractal(Seed(seed.keyed("grove-stand", index as u64).bits()), "noise", params.clearing_m, 2, 0.5);
-        let species = species.iter().enumerate().map(|(index, s)| (s.share.max(0.0).ln(), noise(index))).collect();
+        // Variants of a species share its name and so its stands: the same tree does not stand beside itself more than by chance.
+        let noise = |name: &str| fractal(seed, &format!("grove-stand {name}"), params.clearing_m, 2, 0.5);
+        let species = species.iter().map(|s| (s.share.max(0.0).ln(), noise(&s.name))).collect();
         Self { species, clumping: params.species_clumping }
     }
 

@@ -77,7 +77,7 @@ pub struct SceneFile {
     pub method: String,
     /// Width and height of the picture, 16 to 8192 pixels; 1280 × 720 unless given.
     pub size_px: [u32; 2],
-    /// How many trees, 0 to 16,777,216; 540 unless given (She §3.5). An inventory says for itself.
+    /// How many trees, 0 to 4,194,304; 540 unless given (She §3.5). An inventory says for itself.
     pub trees: u64,
     /// Seed of ground and planting; 1 unless given.
     pub seed: u64,

@@ -34,10 +34,23 @@ fn a_table_is_planted_where_it_says() {
 }
 
 #[test]
+fn variants_of_a_species_take_turns() {
+    let rows: String = (0..60).map(|i| format!("{i},0,Quercus robur\n")).collect();
+    let inventory = read(format!("x,y,species\n{rows}").as_bytes()).unwrap();
+    let kinds = [species(), species()].concat();
+    let frame = inventory.frame(None, [200.0; 2]);
+    let (trees, _) = inventory.plant(&frame, &flat(200.0), &kinds, &PlantingParams::default(), Seed(1));
+    let count = |kind: u16| trees.iter().filter(|t| t.species == kind).count();
+    assert!(count(0) > 15 && count(2) > 15 && count(0) + count(2) == 60, "{} {}", count(0), count(2));
+    assert!(inventory.plant(&frame, &flat(200.0), &[], &PlantingParams::default(), Seed(1)).0.is_empty());
+}
+
+#[test]
 fn bad_rows_are_told_by_line_and_skipped() {
-    let text = "x,y,height,crown_width\n1,2,8,\nNaN,2,8,\n3\n\n4,5,-2,\n4,5,1e9,\n6,7,,4\n900,0,5,\n8,9,tall,\n";
-    let (trees, warnings) = planted(text, 100.0);
-    assert_eq!(trees.len(), 2);
+    let text = "x,y,height,crown_width\n1,2,8,\nNaN,2,8,\n3\n\n4,5,-2,\n4,5,1e9,\n6,7,,4\n900,0,5,\n8,9,tall,\n".to_owned()
+        + &"1,1,8,\n".repeat(20);
+    let (trees, warnings) = planted(&text, 100.0);
+    assert_eq!(trees.len(), 22);
     assert!([0.5, 0.4].contains(&trees[1].scale), "by its crown, {}", trees[1].scale);
     let told = &warnings[0].message;
     for part in [
@@ -83,6 +96,9 @@ fn a_map_of_the_same_coordinates_places_the_list() {
     let centred = inventory.frame(None, [100.0; 2]);
     assert_eq!(centred.to_scene([500_010.0, 5_799_990.0]), [0.0, 0.0]);
     assert!(centred.warning.unwrap().message.contains("about its own middle"));
+    // Metres from a corner of the ground: some of the list lies on it all the same, which is no reason to lose the rest.
+    let corner = read(b"x,y\n0,0\n10,10\n400,300\n500,600\n600,200\n").unwrap();
+    assert_eq!(corner.frame(None, [100.0; 2]).middle, [400.0, 200.0]);
 }
 
 #[test]

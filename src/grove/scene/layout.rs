@@ -44,11 +44,18 @@ pub fn lay_out(file: &SceneFile, species: &[SpeciesSize], progress: &mut dyn FnM
         None => None,
     };
     progress("raising the ground");
+    let size_m = [file.terrain.ground_width_m as f32, file.terrain.ground_depth_m as f32];
+    let mut frame = list.as_ref().map(|list| list.frame(None, size_m));
     let Terrain { field: ground, georeference, mut warnings } = match &file.ground {
-        Some(path) => terrain::open(path, &file.terrain)?,
+        Some(path) => {
+            let terrain = terrain::open(path, &file.terrain)?;
+            frame = list.as_ref().map(|list| list.frame(terrain.georeference.as_ref(), terrain.field.size_m()));
+            terrain
+        }
         None => {
-            let params = list.as_ref().map_or_else(|| file.terrain.clone(), |list| wide_enough(list, &file.terrain));
-            Terrain { field: terrain::hills(&params, seed)?, georeference: None, warnings: vec![] }
+            let wide = list.as_ref().zip(frame.as_ref()).map(|(list, frame)| wide_enough(list, frame, &file.terrain));
+            let field = terrain::hills(wide.as_ref().unwrap_or(&file.terrain), seed)?;
+            Terrain { field, georeference: None, warnings: vec![] }
         }
     };
     let mut path = path_of(file, &ground)?;
@@ -57,10 +64,9 @@ pub fn lay_out(file: &SceneFile, species: &[SpeciesSize], progress: &mut dyn FnM
         let told = format!("the camera's path went under the ground; it was raised by up to {raised_m:.1} m");
         warnings.push(Warning::new("path-raised", told));
     }
-    let planted = match list {
-        Some(list) => {
+    let planted = match list.zip(frame) {
+        Some((list, frame)) => {
             progress("planting the inventory");
-            let frame = list.frame(georeference.as_ref(), ground.size_m());
             let (planted, told) = list.plant(&frame, &ground, species, &file.planting, seed);
             warnings.extend(told);
             planted
@@ -103,9 +109,7 @@ fn path_of(file: &SceneFile, ground: &HeightField) -> Result<Path> {
 }
 
 /// Hills that reach as far as an inventory does, except for the farthest hundredth of its rows: one wrong place is no reason for a desert.
-fn wide_enough(list: &inventory::Inventory, params: &TerrainParams) -> TerrainParams {
-    let size_m = [params.ground_width_m as f32, params.ground_depth_m as f32];
-    let frame = list.frame(None, size_m);
+fn wide_enough(list: &inventory::Inventory, frame: &inventory::Frame, params: &TerrainParams) -> TerrainParams {
     let reach = |axis: usize| {
         let mut far: Vec<f32> = list.entries.iter().map(|entry| frame.to_scene(entry.at)[axis].abs()).collect();
         let most = (far.len() * 99 / 100).min(far.len().saturating_sub(1));

@@ -58,7 +58,7 @@ fn wrong_files_are_told_by_line_with_what_was_expected() {
     has("seed = 1\ntreees = 5\n", &["line 2", "treees", "trees"]);
     has("trees = \"many\"\n", &["line 1", "many"]);
     has("trees = -1\n", &["line 1"]);
-    has("trees = 1000000000\n", &["108 GB", "1000000000"]);
+    has("trees = 1000000000\n", &["116 GB", "1000000000"]);
     has("size_px = [8, 600]\n", &["16 to 8192 px", "8 × 600"]);
     has("seed = 1\n[terrain]\nrelief_m = -4\n", &["line", "relief-m must be 0 to 9000 m", "-4"]);
     has("[planting]\nevennes = 0.5\n", &["evennes", "evenness"]);

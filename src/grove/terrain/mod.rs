@@ -31,7 +31,7 @@ crate::params! {
         /// Layers of ever smaller hills, each half as wide as the one before.
         octaves: u32 = 5, in 1..=10, unit "", source "ours: the smallest as wide as five steps";
         /// Height of a layer's hills over those of the layer before.
-        roughness: f64 = 0.4, in 0.0..=0.9, unit "", source "ours: rolling meadows; 0.6 is broken ground";
+        roughness: f64 = 0.33, in 0.0..=0.9, unit "", source "ours: rolling meadows; 0.6 is broken ground";
     }
 }
 

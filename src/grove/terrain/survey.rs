@@ -1,8 +1,7 @@
 //! Measured heights on their way to ground: gaps filled, too many averaged, points that lie wider apart one way than the other made square.
 
-use crate::Result;
-use crate::Warning;
 use crate::geom::{HeightField, MOST_POINTS};
+use crate::{Result, Warning};
 
 use super::{Terrain, refused};
 
