@@ -81,13 +81,13 @@ impl Cost {
             overdraw: 0.0,
         })
     }
+}
 
-    /// The same with the overdraw of a picture in which the tree was seen.
-    pub fn seen(self, built: &BuiltTree, distance: f32, camera: &Camera, side_px: u32, seen: &Seen) -> Self {
-        let covered_px: f64 = seen.color.pixels().map(|p| f64::from(p.0[3]) / 255.0).sum();
-        let shaded_px = projected_px(built, distance, camera, side_px);
-        Self { overdraw: if covered_px > 0.0 { shaded_px / covered_px } else { 0.0 }, ..self }
-    }
+/// Area of all triangles over the area covered, of a picture in which the tree was `seen`.
+pub(super) fn overdraw(built: &BuiltTree, distance: f32, camera: &Camera, side_px: u32, seen: &Seen) -> f64 {
+    let covered_px: f64 = seen.color.pixels().map(|p| f64::from(p.0[3]) / 255.0).sum();
+    let shaded_px = projected_px(built, distance, camera, side_px);
+    if covered_px > 0.0 { shaded_px / covered_px } else { 0.0 }
 }
 
 /// Passes whose time trees are to blame for; backdrop and composite cost what they cost without any.
