@@ -34,12 +34,13 @@ use serde::{Deserialize, Serialize};
 pub use budget::{Budget, fit, peak_mb};
 pub use contender::{Contender, Workshop};
 pub use cost::Cost;
-pub use motion::Motion;
+pub use motion::{Motion, largest_step};
 pub use plan::{MotionPlan, Plan, Profile, Sun, View, Views};
 pub use run::{Progress, Request, every_method, run};
 pub use score::{COLUMNS, Column, Figures};
 pub use staging::{BACKGROUNDS, Seen, Stage};
 pub use store::{Identity, Store};
+pub use truth::coarser;
 
 /// The method that is the truth of a reference tree.
 pub const TRUTH: &str = "geometry";
