@@ -38,6 +38,9 @@ crate::params! {
     }
 }
 
+const SOURCE_HELP: &str = "A tree: a preset of `sphereboard grow --list`, a model of ours or of any other program (GLB, glTF or OBJ), or a \
+                           photograph of one";
+
 /// The command's arguments.
 pub fn command() -> Command {
     let path =
@@ -46,10 +49,14 @@ pub fn command() -> Command {
         .about("Which stand-in for this tree, at which distance, at what cost: every method against the tree itself, as a page")
         .after_help(
             "Examples:\n  sphereboard compare oak --out oak_compared\n  \
-             sphereboard compare ash.glb --profile full --methods billboard,octahedral,sphere-board --out ash_compared\n\
+             sphereboard compare ash.glb --profile full --methods billboard,octahedral,sphere-board --out ash_compared\n  \
+             sphereboard compare oak --extra my_oak_impostor.glb --chain oak_chain.glb --cost bytes --out oak_compared\n  \
+             sphereboard compare photo.jpg --out photo_compared\n\
+             What is looked at is reckoned from the tree's triangles to fit --time-budget-s, and what is left out for that is said.\n\
+             Of a photograph its own view is held against the photograph, all others against its model.\n\
              A run that was stopped goes on where it was. DIR/report.html answers first and shows everything behind the answer.",
         )
-        .arg(Arg::new("source").value_name("SOURCE").required(true).num_args(1..).help(subject::SOURCE_HELP))
+        .arg(Arg::new("source").value_name("SOURCE").required(true).num_args(1..).help(SOURCE_HELP))
         .arg(path("out", "DIR").required(true).help("Folder for the report; of several sources each gets a folder in it"))
         .arg(
             Arg::new("methods")

@@ -26,11 +26,11 @@ mod cost {
     /// Share of the tree's triangles that methods draw, on average.
     pub const SHARE: f64 = 0.3;
     /// Of a picture: for itself, for 1,000 triangles (drawn twice: for the sun and for the viewer), for 1,000 pixels with their figures.
-    pub const PICTURE: [f64; 3] = [2.0, 0.15, 0.12];
+    pub const PICTURE: [f64; 3] = [3.0, 0.2, 0.17];
     /// Of a picture in motion: the same.
-    pub const FRAME: [f64; 3] = [1.0, 0.15, 0.06];
+    pub const FRAME: [f64; 3] = [1.5, 0.2, 0.08];
     /// Of building a method: for itself, for 1,000 triangles.
-    pub const BUILD: [f64; 2] = [300.0, 8.0];
+    pub const BUILD: [f64; 2] = [400.0, 11.0];
     /// Of timing a method once, beyond the time that is asked for: for itself, for 1,000 triangles.
     pub const TIMING: [f64; 2] = [40.0, 1.5];
     /// Levels of a method, on average.

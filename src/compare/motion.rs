@@ -59,9 +59,13 @@ pub fn measure(
     let (largest, popping) = largest(&steps);
     // The step from frame `largest` to the next lies in the middle.
     let first = (largest + 1).saturating_sub(OF_STRIP / 2).min(away.len().saturating_sub(OF_STRIP));
-    let around: Vec<&RgbImage> = away.iter().skip(first).take(OF_STRIP).collect();
+    // Only what the tree takes of the pictures, or far trees would be dots in them.
+    let side_px = ((1.4 * height_px(plan.motion, first)) as u32).clamp(8, DOLLY_SIDE_PX);
+    let corner = (DOLLY_SIDE_PX - side_px) / 2;
+    let part = |frame: &RgbImage| imageops::crop_imm(frame, corner, corner, side_px, side_px).to_image();
+    let around: Vec<RgbImage> = away.iter().skip(first).take(OF_STRIP).map(part).collect();
     let motion = Motion { popping: Some(popping), largest_at_px: Some(height_px(plan.motion, largest)), ..still };
-    Ok((motion, vec![orbit_strip, (STRIPS[1], strip(&around))]))
+    Ok((motion, vec![orbit_strip, (STRIPS[1], strip(&around.iter().collect::<Vec<_>>()))]))
 }
 
 /// Whether anything appears, vanishes or thins out between one distance and another.
@@ -150,7 +154,8 @@ fn largest(steps: &[f64]) -> (usize, f64) {
 fn strip(frames: &[&RgbImage]) -> RgbaImage {
     let mut all = RgbaImage::new((STRIP_PX + 4) * frames.len().max(1) as u32 - 4, STRIP_PX);
     for (i, frame) in frames.iter().enumerate() {
-        let scaled = imageops::resize(*frame, STRIP_PX, STRIP_PX, imageops::FilterType::Triangle);
+        let filter = if frame.width() < STRIP_PX { imageops::FilterType::Nearest } else { imageops::FilterType::Triangle };
+        let scaled = imageops::resize(*frame, STRIP_PX, STRIP_PX, filter);
         let opaque = image::DynamicImage::from(scaled).into_rgba8();
         imageops::replace(&mut all, &opaque, i64::from(STRIP_PX + 4) * i as i64, 0);
     }

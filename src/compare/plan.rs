@@ -93,9 +93,9 @@ impl Plan {
         } else {
             (45, &[0.0, 15.0, 30.0, 60.0, 90.0], &[1.0, 0.5, 0.25, 0.125, 1.0 / 16.0, 1.0 / 32.0], 2)
         };
-        // Steps of 6 % both: a change of level that fades over 15 % takes more than two.
+        // Steps of 8 and 6 %: a change of level that fades over 15 % takes about two of them.
         let motion = if quick {
-            MotionPlan { orbit_frames: 8, dolly_frames: 36, dolly_px: [200.0, 24.0] }
+            MotionPlan { orbit_frames: 6, dolly_frames: 27, dolly_px: [200.0, 24.0] }
         } else {
             MotionPlan { orbit_frames: 12, dolly_frames: 60, dolly_px: [400.0, 12.0] }
         };

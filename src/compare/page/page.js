@@ -22,8 +22,13 @@ function startAnswer() {
   byId("answer-lead").textContent = links.length === 0
     ? `No method stays under a mean FLIP of ${data.max_flip} at any distance.`
     : links.length === 1
-      ? `Draw ${chainText[0]} at every distance: the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`
+      ? `Draw ${chainText[0]}${bands.every((band) => band.method) ? " at every distance" : ""}: the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`
       : `Draw ${chainText[0]} first, then ${chainText.slice(1).join(", then ")}: at each distance the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`;
+  const without = bands.filter((band) => !band.method);
+  if (links.length > 0 && without.length > 0) {
+    byId("answer-lead").textContent += ` Where the tree is ${listed(without.map((band) => `${whole(band.height_px)} px`))} high nothing stays under that error, ` +
+      "not even the tree itself with one sample for each pixel; the chain keeps there what stands before it.";
+  }
   if (links.length === 1 && links[0].method === data.truth) byId("answer-lead").textContent += " No stand-in within that error is cheaper.";
   byId("chain").replaceChildren(...links.map(({ method, level, from_distance: from }, i) => {
     const until = links[i + 1]?.from_distance;
