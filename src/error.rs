@@ -664,6 +664,32 @@ pub enum Error {
         /// How many species there are.
         species: usize,
     },
+    /// More trees than memory should hold.
+    #[error("expected at most {most} trees, but {asked} were asked for, which would take about {gb:.0} GB of memory; ask for fewer")]
+    TooManyTrees {
+        /// How many were asked for.
+        asked: u64,
+        /// What they would take.
+        gb: f64,
+        /// How many there may be.
+        most: u64,
+    },
+    /// A list of trees that cannot be read at all.
+    #[error("expected {expected}, but found {found}; give a CSV table with such a line, or GeoJSON points")]
+    Inventory {
+        /// What a list has.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A scene file that does not say what a scene is.
+    #[error("line {line} of the scene: {what}; see `sphereboard grove --help` for what a scene has")]
+    SceneFile {
+        /// Where.
+        line: usize,
+        /// What is wrong with it.
+        what: String,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.

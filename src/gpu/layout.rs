@@ -86,12 +86,12 @@ pub struct Frame {
     /// A thing `d` metres away looks as large as one `x + y · d` metres away in the picture for which distances are told
     /// ([`REFERENCE_FOCAL_PX`](crate::repr::REFERENCE_FOCAL_PX)).
     pub heights: [f32; 2],
-    /// Unused: keeps what follows at a multiple of 16.
-    pub pad: [f32; 2],
+    /// The air: metres over which it takes two thirds of what it ever takes of what is behind it, and the share that this is at most.
+    pub haze: [f32; 2],
     /// From where distances are told by which levels of detail are chosen, metres.
     pub level_eye: [f32; 3],
     /// Unused: keeps the size a multiple of 16.
-    pub pad2: f32,
+    pub pad: f32,
 }
 
 impl Frame {

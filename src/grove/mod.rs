@@ -1,10 +1,18 @@
 //! Groves: what stands where, on which ground, seen along which path. Plain data, metres, +Y up, +X east, -Z north.
 
-mod path;
+pub mod drive;
+pub mod inventory;
+pub mod path;
+pub mod placement;
+pub mod record;
+pub mod scene;
+pub mod stock;
+pub mod terrain;
 
 use glam::Vec3;
 
-pub use path::{Key, Look, Path};
+pub use path::{CameraParams, Key, Look, Path};
+pub use scene::{Scene, SceneFile, lay_out};
 
 /// A tree that stands somewhere.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -10,6 +10,26 @@ use serde::Deserialize;
 use crate::geom::HeightField;
 use crate::{Error, Result, files};
 
+crate::params! {
+    /// How the camera goes, where its path is no file.
+    pub struct CameraParams {
+        /// How high a tour flies over the ground when it is low.
+        camera_above_m: f64 = 8.0, in 0.5..=1000.0, unit "m", source "ours: among the crowns";
+        /// How high over the ground a tour begins and ends, and an orbit flies.
+        camera_overview_m: f64 = 45.0, in 0.5..=10_000.0, unit "m", source "Truelsen §7.4.3: the tour begins far away";
+        /// How fast a tour goes, on average; slower where the ground is too small for it.
+        camera_speed_m_s: f64 = 8.0, in 0.1..=1000.0, unit "m/s", source "ours: a bicycle at leisure";
+        /// Duration of the path.
+        camera_length_s: f64 = 60.0, in 0.1..=3600.0, unit "s", source "She fig. 18: 60 s";
+        /// Radius of an orbit; 0 goes round all of the ground.
+        camera_radius_m: f64 = 0.0, in 0.0..=100_000.0, unit "m", source "ours";
+        /// No tree is planted nearer to the path where the camera is as low as trees are high; inventories are not asked.
+        camera_clear_m: f64 = 4.0, in 0.0..=100.0, unit "m", source "ours: no flight through a trunk";
+        /// Angle from the bottom to the top of the picture.
+        camera_angle_deg: f64 = 45.0, in 5.0..=120.0, unit "°", source "ours: a 29 mm lens";
+    }
+}
+
 /// A path file may have this many keys; an hour of film at 24 frames a second has 86,400.
 pub const MOST_KEYS: usize = 100_000;
 
@@ -147,41 +167,40 @@ impl Path {
         Self::new((0..=KEYS).map(key).collect())
     }
 
-    /// Over the ground and back to where it began, in `length_s`: from high above the southern rim down to `above_m` over the ground,
-    /// a figure of eight through the middle, and up again. As Truelsen's tour (§7.3.4): far away first, then close to the trees.
+    /// Over the ground and back to where it began: from high above the south down to low flight, a figure of eight through the middle,
+    /// and up again. As Truelsen's tour (§7.4.3): far away first, then close to the trees.
     ///
     /// # Errors
-    /// Those of [`Self::new`] and of [`Self::keep_above`].
-    pub fn tour(ground: &HeightField, above_m: f32, length_s: f32) -> Result<Self> {
+    /// Those of [`Self::new`].
+    pub fn tour(ground: &HeightField, params: &CameraParams) -> Result<Self> {
         const KEYS: u16 = 96;
+        // An eight is 6.1 times as long as it reaches to either side.
+        const LENGTH: f64 = 6.1;
         let bounds = ground.bounds();
         let (middle, size) = (bounds.center(), bounds.size());
-        // Never over the rim, and over wide ground not so fast that nothing is seen: 10 m a second on average.
-        let reach = (0.42 * Vec3::new(size.x, 0.0, size.z)).min(Vec3::splat(0.6 * 10.0 * length_s / 4.0).max(Vec3::splat(10.0)));
-        let overview = 0.35 * reach.x.min(reach.z);
+        let far = (params.camera_speed_m_s * params.camera_length_s / LENGTH) as f32;
+        // Never over the rim.
+        let reach = (0.42 * Vec3::new(size.x, 0.0, size.z)).min(Vec3::splat(far));
+        let (above, high) = (params.camera_above_m as f32, (params.camera_overview_m - params.camera_above_m).max(0.0) as f32);
         let place = |share: f32| {
             // Gerono's figure of eight, entered and left at its southern end.
             let (sin, cos) = (TAU * share).sin_cos();
             let (x, z) = (middle.x + reach.x * sin * cos, middle.z + reach.z * cos);
             // High at the ends of the path, low from an eighth to seven eighths.
-            let high = smooth(1.0 - 8.0 * share.min(1.0 - share));
+            let rise = smooth(1.0 - 8.0 * share.min(1.0 - share));
             let floor = ground.height_at(x, z).unwrap_or(bounds.max.y);
-            Vec3::new(x, floor + above_m + overview * high, z)
+            Vec3::new(x, floor + above + high * rise, z)
         };
         let key = |index: u16| {
             let share = f32::from(index % KEYS) / f32::from(KEYS);
             // Looks where it will be, a twelfth of the path on, so that curves are seen coming.
-            let eye = place(share);
-            let ahead = place((share + 1.0 / 12.0).fract());
-            let floor = ground.height_at(ahead.x, ahead.z).unwrap_or(bounds.max.y) + above_m;
-            Key {
-                time_s: f32::from(index) / f32::from(KEYS) * length_s,
-                eye,
-                target: Vec3::new(ahead.x, floor.min(ahead.y), ahead.z),
-            }
+            let (eye, ahead) = (place(share), place((share + 1.0 / 12.0).fract()));
+            let floor = ground.height_at(ahead.x, ahead.z).unwrap_or(bounds.max.y);
+            let time_s = f32::from(index) / f32::from(KEYS) * params.camera_length_s as f32;
+            Key { time_s, eye, target: Vec3::new(ahead.x, (floor + above).min(ahead.y), ahead.z) }
         };
         let mut path = Self::new((0..=KEYS).map(key).collect())?;
-        path.keep_above(ground, 0.5 * above_m);
+        path.keep_above(ground, 0.5 * above);
         Ok(path)
     }
 
@@ -361,7 +380,8 @@ mod tests {
         #[test]
         fn a_tour_never_goes_below_ground_nor_off_it(seed in 0.1f32..6.0, above in 1.0f32..20.0, length in 5.0f32..200.0) {
             let ground = hills(seed);
-            let path = Path::tour(&ground, above, length).unwrap();
+            let (camera_above_m, camera_length_s) = (f64::from(above), f64::from(length));
+            let path = Path::tour(&ground, &CameraParams { camera_above_m, camera_length_s, ..Default::default() }).unwrap();
             for step in 0..=3000 {
                 let eye = path.at(length * step as f32 / 3000.0).eye;
                 let floor = ground.height_at(eye.x, eye.z);

@@ -40,6 +40,8 @@ mod tree;
 mod wind;
 mod world;
 
+use std::time::Instant;
+
 use glam::{Mat4, Vec3};
 use image::RgbaImage;
 
@@ -227,6 +229,7 @@ pub struct Renderer {
     targets: Option<Targets>,
     uploaded_bytes: u64,
     counted: Counted,
+    prepared_ms: f64,
     /// Running while a frame is timed.
     clock: Option<PassClock>,
 }
@@ -297,6 +300,7 @@ impl Renderer {
             targets: None,
             uploaded_bytes: 0,
             counted: Counted::default(),
+            prepared_ms: 0.0,
             clock: None,
         })
     }
@@ -394,6 +398,11 @@ impl Renderer {
         self.uploaded_bytes
     }
 
+    /// Milliseconds that the last frame took before anything was drawn: which trees are seen, what grows.
+    pub fn prepared_ms(&self) -> f64 {
+        self.prepared_ms
+    }
+
     /// Draw calls and triangles of trees of the last frame, those for the sun's map among them.
     pub fn counted(&self) -> Counted {
         self.counted
@@ -410,6 +419,7 @@ impl Renderer {
     /// Draws a frame into the targets.
     fn draw(&mut self, shot: &Shot, world: World) -> Result<()> {
         self.resize(shot.size_px)?; // before anything is reckoned for a size that cannot be drawn
+        let begun = Instant::now();
         let sun = self.sun_view(shot, &world)?;
         let World { stands, crowd, ground, cull, frozen } = world;
         let (mut sent, mut crowd_of_frame, mut near) = (0, None, vec![]);
@@ -424,6 +434,7 @@ impl Renderer {
         let rects = crowd_of_frame.map_or(&[][..], |crowd| &crowd.seen().rects);
         let growing = GrowthInput::new(shot, &stands, rects, &self.growth.twigs);
         let placed = Placed { stands: &stands, crowd: crowd_of_frame, ground };
+        self.prepared_ms = begun.elapsed().as_secs_f64() * 1e3;
         self.draw_growing(shot, &placed, &growing, sun)?;
         self.uploaded_bytes += sent;
         Ok(())
@@ -577,8 +588,8 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> lay
         backward: shot.camera.axes[2].to_array(),
         layer: shot.camera.projection.layer(),
         heights: shot.heights(),
-        pad: [0.0; 2],
+        haze: [shot.light.haze_m as f32, shot.light.haze_most as f32],
         level_eye: shot.level_eye().to_array(),
-        pad2: 0.0,
+        pad: 0.0,
     }
 }

@@ -257,6 +257,16 @@ impl Crowd {
         self.seen().near.chunk_by(|a, b| a.0 == b.0).map(of_one).collect()
     }
 
+    /// Trees in the last picture.
+    pub fn trees_seen(&self) -> usize {
+        self.kept.as_ref().map_or(0, |(_, culled)| culled.trees)
+    }
+
+    /// Those of them that are drawn by themselves.
+    pub fn trees_near(&self) -> usize {
+        self.kept.as_ref().map_or(0, |(_, culled)| culled.near.len())
+    }
+
     /// How many trees the last picture showed in each group of a species, those that are drawn alone left out.
     pub fn shown(&self, species: usize) -> Vec<usize> {
         let first: usize = self.shapes[..species].iter().map(|shape| shape.groups.len()).sum();
