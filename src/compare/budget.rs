@@ -102,7 +102,7 @@ fn half_the_azimuths(plan: &mut Plan) -> Option<String> {
         let own = usize::from(plan.photographed.is_some_and(|own| view > own && plan.views[own].elevation_deg == elevation_deg));
         plan.views[..view].iter().filter(|before| before.elevation_deg == elevation_deg).count() - own
     };
-    let gone = kept(plan, |plan, view| number(plan, view) % 2 == 0);
+    let gone = kept(plan, |plan, view| number(plan, view).is_multiple_of(2));
     (gone > 0).then(|| format!("every other azimuth: {} views are left", plan.views.len()))
 }
 
@@ -132,7 +132,7 @@ fn half_the_heights(plan: &mut Plan) -> Option<String> {
     if several {
         let last = plan.heights_px.len() - 1;
         // The farthest stays; the nearest costs most.
-        plan.heights_px = (0..=last).filter(|i| (last - i) % 2 == 0).map(|i| plan.heights_px[i]).collect();
+        plan.heights_px = (0..=last).filter(|i| (last - i).is_multiple_of(2)).map(|i| plan.heights_px[i]).collect();
     }
     several.then(|| format!("every other distance: {} are left", plan.heights_px.len()))
 }
