@@ -10,7 +10,7 @@ use crate::plant::presets::preset;
 use crate::render::Renderer;
 use crate::repr::file::{self, Origin};
 use crate::repr::limits::BudgetParams;
-use crate::repr::{self, Order, Settings, SoftwareCapture, TreeSource};
+use crate::repr::{self, BuiltTree, Order, REFERENCE_FOCAL_PX, Settings, SoftwareCapture, TreeSource};
 use crate::{Error, Result, Seed};
 
 fn renderers(count: usize) -> Option<Vec<Renderer>> {
@@ -169,4 +169,38 @@ fn what_is_finished_is_not_done_again() {
     // Nothing is left to do.
     let third = compared(&mut renderers, folder.path(), &methods, &[], &|_| ()).unwrap();
     assert_eq!(third.cells, first.cells);
+}
+
+#[test]
+fn a_chain_in_a_file_draws_at_every_distance_as_the_link_that_belongs_there() {
+    let Some(mut renderers) = renderers(1) else { return };
+    let source = young();
+    let shop = Workshop { source: &source, seed: Seed(1), capture: &SoftwareCapture::new(), budget: BudgetParams::default() };
+    let ids = ["box-hierarchy", "lodf", "billboard"].map(str::to_owned);
+    let contenders = Contender::all(&ids, &[]).unwrap();
+    let link = |(method, from_distance): (&String, f32)| answer::Link {
+        method: method.clone(),
+        level: None,
+        from_height_px: (from_distance > 0.0).then(|| REFERENCE_FOCAL_PX / from_distance),
+        from_distance,
+    };
+    let links = ids.iter().zip([0.0, 12.0, 40.0]).map(link).collect();
+    let chain = answer::Chain { links };
+    let built = chain::build(&chain, &contenders, &shop).unwrap();
+    let joined = chain::join(&chain, &built, 0.1).unwrap();
+    let bytes = file::write(&joined, &chain::origin(&chain, &shop)).unwrap();
+    let (read, _) = file::read(&bytes).unwrap().unwrap();
+    assert!(read.levels.len() >= 3, "{:?}", read.levels);
+    let stage = Stage { bounds: source.box_of_all().unwrap() };
+    let view = View { azimuth_deg: 20.0, elevation_deg: 15.0 };
+    let mut seen = |built: &BuiltTree, distance: f32| {
+        let tree = renderers[0].upload_built(built).unwrap();
+        let shot = stage.shot(view, REFERENCE_FOCAL_PX / distance, small_plan().suns[0], None);
+        stage.see(&mut renderers[0], &tree, &shot).unwrap().color
+    };
+    for (i, distance) in [(0, 8.0), (1, 25.0), (2, 60.0)] {
+        let (whole, alone) = (seen(&read, distance), seen(&built[i], distance));
+        let difference = crate::metrics::difference_of_pictures(&whole, &alone, 0.02).unwrap();
+        assert!(difference.mean < 0.002, "{} at {distance}: {difference:?}", ids[i]);
+    }
 }
