@@ -14,7 +14,7 @@ pub struct Budget {
     pub planned_s: f64,
     /// What was left out of the profile to fit, in sentences.
     pub thinned: Vec<String>,
-    /// Seconds that it took here, earlier runs of the same comparison included.
+    /// Seconds that it took here, with those of earlier runs of the same comparison that came to their end.
     pub taken_s: f64,
     /// Most memory that the process has had, megabytes; `None` where the system does not say.
     pub peak_mb: Option<f64>,
