@@ -609,6 +609,31 @@ pub enum Error {
         /// What it was built from.
         source_name: String,
     },
+    // ---- Comparisons: compare ----
+    /// Somebody else's stand-in that stands elsewhere than the tree.
+    #[error("expected {path} to stand where the tree stands ({expected}), but it spans {found}; export it in metres, +Y up, its foot at the tree's")]
+    OtherTree {
+        /// Its file.
+        path: PathBuf,
+        /// The tree's box.
+        expected: String,
+        /// Its own.
+        found: String,
+    },
+    /// Not the data of a comparison.
+    #[error("expected the report.json of a comparison, but {what}; make one with `sphereboard compare`")]
+    BrokenReport {
+        /// What is wrong with it.
+        what: String,
+    },
+    /// A chain of no stand-in.
+    #[error(
+        "no stand-in has a mean FLIP of {max_flip} or less at any distance, so that there is no chain to write; allow more with --max-flip"
+    )]
+    NoChain {
+        /// What was allowed.
+        max_flip: f64,
+    },
     // ---- Ground, camera paths: geom/height_field, grove ----
     /// Heights that cannot be ground.
     #[error("expected {expected}, but found {found}; {remedy}")]

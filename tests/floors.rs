@@ -29,7 +29,7 @@ const FLOORS: [(&str, u8); 19] = [
 ];
 
 /// Who may import from a sibling on the same floor: (importer, imported).
-const ARROWS: [(&str, &str); 7] = [
+const ARROWS: [(&str, &str); 8] = [
     ("seed", "error"),
     ("params", "error"),
     ("files", "error"),
@@ -37,6 +37,7 @@ const ARROWS: [(&str, &str); 7] = [
     ("geom", "seed"),
     ("raster", "error"),
     ("raster", "geom"),
+    ("report", "compare"),
 ];
 
 /// What `lib.rs` offers at the root, and the module it comes from.

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::repr::REFERENCE_FOCAL_PX;
+use crate::{Error, Result};
 
-use super::score::Figures;
 use super::{Cost, Row};
 
 crate::choices! {
@@ -72,16 +72,66 @@ pub fn bands(rows: &[Row], max_flip: f64, kind: CostKind) -> Vec<Band> {
     heights.iter().enumerate().map(band).collect()
 }
 
-/// The chain of levels that the bands say: neighbours of one method and level are one. A band without an answer keeps what stands before it.
-pub fn chain(bands: &[Band]) -> Vec<(String, Option<String>, f32)> {
-    let mut chain: Vec<(String, Option<String>, f32)> = vec![];
-    for band in bands {
-        let Some(method) = &band.method else { continue };
-        if chain.last().is_none_or(|(last, level, _)| last != method || *level != band.level) {
-            chain.push((method.clone(), band.level.clone(), if chain.is_empty() { 0.0 } else { band.from_distance }));
+/// The chain of stand-ins that a comparison recommends, nearest first: what to draw at which distance. `report.json` holds it as `chain`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Chain {
+    /// Its links; none where no stand-in is good enough at any distance.
+    pub links: Vec<Link>,
+}
+
+/// One stand-in of a [`Chain`], drawn until the next one begins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Link {
+    /// Method, or name of a stand-in of somebody else's.
+    pub method: String,
+    /// One level of it, whatever the distance; `None` for the one that it draws there itself.
+    pub level: Option<String>,
+    /// It is drawn where the tree is this many pixels high or fewer; `None` for the first, however near.
+    pub from_height_px: Option<f32>,
+    /// The same as a distance in tree heights, as `repr::Seen` has them: from there on; 0 for the first.
+    pub from_distance: f32,
+}
+
+impl Chain {
+    /// What the bands say: neighbours of one method and level are one. A band without an answer keeps what stands before it.
+    pub fn of(bands: &[Band]) -> Self {
+        let mut links: Vec<Link> = vec![];
+        for band in bands {
+            let Some(method) = band.method.clone() else { continue };
+            let level = band.level.clone();
+            if links.last().is_some_and(|last| (&last.method, &last.level) == (&method, &level)) {
+                continue;
+            }
+            let from_distance = if links.is_empty() { 0.0 } else { band.from_distance };
+            let from_height_px = (from_distance > 0.0).then(|| REFERENCE_FOCAL_PX / from_distance);
+            links.push(Link { method, level, from_height_px, from_distance });
+        }
+        Self { links }
+    }
+
+    /// The chain of a `report.json`.
+    ///
+    /// # Errors
+    /// [`Error::BrokenReport`] for anything else.
+    pub fn of_report(bytes: &[u8]) -> Result<Self> {
+        #[derive(Deserialize)]
+        struct Report {
+            chain: Chain,
+        }
+        let chain = serde_json::from_slice::<Report>(bytes).map_err(|cause| Error::BrokenReport { what: cause.to_string() })?.chain;
+        let distances = chain.links.iter().map(|link| link.from_distance);
+        let sound = distances.clone().all(|d| d.is_finite() && d >= 0.0) && distances.is_sorted();
+        if sound {
+            Ok(chain)
+        } else {
+            Err(Error::BrokenReport { what: "the links of its chain do not run from near to far".to_owned() })
         }
     }
-    chain
+
+    /// The link at a distance in tree heights.
+    pub fn at(&self, distance: f32) -> Option<&Link> {
+        self.links.iter().rev().find(|link| link.from_distance <= distance)
+    }
 }
 
 /// Which of `rows` (at one distance) no other beats in both cost and error: the rest need not be considered.
@@ -91,14 +141,10 @@ pub fn pareto(rows: &[&Row], kind: CostKind) -> Vec<bool> {
     rows.iter().map(|row| !rows.iter().any(|other| beats(point(other), point(row)))).collect()
 }
 
-/// The mean of errors, as the answer takes it.
-pub fn mean_error(cells: &[Figures]) -> Figures {
-    Figures::mean(cells)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compare::Figures;
 
     fn row(method: &str, height_px: f32, flip: f64, ms: f64) -> Row {
         Row {
@@ -128,10 +174,27 @@ mod tests {
         let names: Vec<_> = bands.iter().map(|band| band.method.as_deref().unwrap()).collect();
         assert_eq!(names, ["slices", "billboard", "billboard"]);
         assert_eq!(bands[1].best.as_ref().unwrap().0, "slices");
-        let chain = chain(&bands);
-        assert_eq!(chain.len(), 2);
-        assert!((chain[1].2 - REFERENCE_FOCAL_PX / (512.0f32 * 64.0).sqrt()).abs() < 1e-3);
+        let chain = Chain::of(&bands);
+        assert_eq!(chain.links.len(), 2);
+        let switch = REFERENCE_FOCAL_PX / (512.0f32 * 64.0).sqrt();
+        assert!(
+            (chain.links[1].from_distance - switch).abs() < 1e-3 && (chain.links[1].from_height_px.unwrap() - 181.0).abs() < 0.1
+        );
+        assert_eq!(
+            (chain.at(0.0).unwrap().method.as_str(), chain.at(switch + 1.0).unwrap().method.as_str()),
+            ("slices", "billboard")
+        );
         assert!(super::bands(&rows[1..3], 0.01, CostKind::Ms)[0].method.is_none());
+    }
+
+    #[test]
+    fn a_chain_is_read_back_from_a_report_or_what_is_wrong_is_said() {
+        let link = |from: f32| format!(r#"{{"method":"a","level":null,"from_height_px":null,"from_distance":{from}}}"#);
+        let report = |links: &[String]| format!(r#"{{"other":1,"chain":{{"links":[{}]}}}}"#, links.join(","));
+        assert_eq!(Chain::of_report(report(&[link(0.0), link(3.0)]).as_bytes()).unwrap().links[1].from_distance, 3.0);
+        for broken in [report(&[link(3.0), link(1.0)]), report(&[link(-1.0)]), "{}".to_owned(), String::new()] {
+            assert!(matches!(Chain::of_report(broken.as_bytes()), Err(Error::BrokenReport { .. })), "{broken}");
+        }
     }
 
     #[test]

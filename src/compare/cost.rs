@@ -28,6 +28,8 @@ pub struct Cost {
     pub ms: f64,
     /// 95 % of the frames took this or less, per instance.
     pub ms_p95: f64,
+    /// How many frames were timed; of fewer than three the 95 % say nothing.
+    pub frames: usize,
     /// How many instances were in a frame.
     pub instances: usize,
     /// Area of all triangles as seen, over the area covered: how often a pixel is shaded at most.
@@ -35,13 +37,13 @@ pub struct Cost {
 }
 
 /// Side of the timed picture, pixels.
-const SIDE_PX: u32 = 1024;
+const SIDE_PX: u32 = 768;
 /// From where trees are timed.
 const TIMED_FROM: View = View { azimuth_deg: 10.0, elevation_deg: 15.0 };
 /// Frames at most; at least one after the first, which does not count.
 const MOST_FRAMES: usize = 200;
 /// Triangles of a timed frame at most: a full tree would fill a far picture with a thousand million.
-const MOST_TRIANGLES: usize = 400_000;
+const MOST_TRIANGLES: usize = 200_000;
 
 impl Cost {
     /// Counts and times a tree `height_px` pixels high, for about `budget`.
@@ -77,17 +79,18 @@ impl Cost {
             geometry_bytes: stats.geometry_bytes,
             ms: per_instance(frames[frames.len() / 2]),
             ms_p95: per_instance(frames[(frames.len() * 95).div_ceil(100) - 1]),
+            frames: frames.len(),
             instances: instances.len(),
             overdraw: 0.0,
         })
     }
+}
 
-    /// The same with the overdraw of a picture in which the tree was seen.
-    pub fn seen(self, built: &BuiltTree, distance: f32, camera: &Camera, side_px: u32, seen: &Seen) -> Self {
-        let covered_px: f64 = seen.color.pixels().map(|p| f64::from(p.0[3]) / 255.0).sum();
-        let shaded_px = projected_px(built, distance, camera, side_px);
-        Self { overdraw: if covered_px > 0.0 { shaded_px / covered_px } else { 0.0 }, ..self }
-    }
+/// Area of all triangles over the area covered, of a picture in which the tree was `seen`.
+pub(super) fn overdraw(built: &BuiltTree, distance: f32, camera: &Camera, side_px: u32, seen: &Seen) -> f64 {
+    let covered_px: f64 = seen.color.pixels().map(|p| f64::from(p.0[3]) / 255.0).sum();
+    let shaded_px = projected_px(built, distance, camera, side_px);
+    if covered_px > 0.0 { shaded_px / covered_px } else { 0.0 }
 }
 
 /// Passes whose time trees are to blame for; backdrop and composite cost what they cost without any.

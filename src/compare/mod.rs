@@ -7,27 +7,40 @@
 //!                                              └▶ Store: what is finished stays finished
 //! ```
 //!
-//! One method is built, looked at and dropped before the next: what is in memory is one tree's truth and one method.
+//! Each renderer builds one method, looks at it and drops it before the next: what is in memory is the truth's pictures and as many methods
+//! as there are renderers. What is timed is timed alone.
 
 pub mod answer;
+mod bench;
+mod budget;
+pub mod chain;
+mod contender;
 mod cost;
 mod motion;
 pub mod page;
+pub mod photograph;
+mod pictures;
 mod plan;
 mod run;
+#[cfg(test)]
+mod run_tests;
 mod score;
 mod staging;
 mod store;
+mod truth;
 
 use serde::{Deserialize, Serialize};
 
+pub use budget::{Budget, fit, peak_mb};
+pub use contender::{Contender, Workshop};
 pub use cost::Cost;
 pub use motion::{Motion, largest_step};
-pub use plan::{Plan, Profile, Sun, View, Views};
+pub use plan::{MotionPlan, Plan, Profile, Sun, View, Views};
 pub use run::{Progress, Request, every_method, run};
 pub use score::{COLUMNS, Column, Figures};
 pub use staging::{BACKGROUNDS, Seen, Stage};
 pub use store::{Identity, Store};
+pub use truth::coarser;
 
 /// The method that is the truth of a reference tree.
 pub const TRUTH: &str = "geometry";
@@ -45,8 +58,10 @@ pub struct Cell {
     pub height_px: f32,
     /// Which of [`Plan::suns`].
     pub sun: usize,
-    /// Errors.
+    /// Errors; of no use where it failed.
     pub error: Figures,
+    /// Why there is no picture.
+    pub failed: Option<String>,
 }
 
 /// One method at one level and distance, over all views and suns.
@@ -58,16 +73,16 @@ pub struct Row {
     pub level: Option<String>,
     /// How many pixels high the tree is.
     pub height_px: f32,
-    /// Mean errors over views and suns.
+    /// Mean errors over views and suns, but for pictures that failed.
     pub error: Figures,
     /// What it costs there.
     pub cost: Cost,
-    /// Why there are no figures.
+    /// What failed there, if anything: such a row is no part of any answer.
     pub failed: Option<String>,
 }
 
 /// One method as a whole.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct MethodRun {
     /// Its id.
     pub method: String,
@@ -83,7 +98,7 @@ pub struct MethodRun {
     pub build_ms: f64,
     /// Bytes of all textures and geometry on the device, all levels.
     pub memory_bytes: usize,
-    /// Bytes of its GLB file; 0 where it has none.
+    /// Bytes of its GLB file; 0 where none could be written.
     pub disk_bytes: usize,
     /// Its levels by name, and the distances at which they are all there.
     pub levels: Vec<(String, f32)>,
@@ -104,6 +119,8 @@ pub struct Comparison {
     pub height_m: f32,
     /// What was looked at.
     pub plan: Plan,
+    /// What it was expected to take, and took.
+    pub budget: Budget,
     /// Method by method.
     pub methods: Vec<MethodRun>,
     /// Every picture.

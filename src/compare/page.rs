@@ -18,8 +18,9 @@ use crate::metrics::PIXELS_PER_DEGREE;
 use crate::repr::REFERENCE_FOCAL_PX;
 use crate::{Error, Result, files};
 
-use super::answer::{Band, CostKind, bands, chain};
-use super::{BACKGROUNDS, COLUMNS, Column, Comparison, Identity, MethodRun, Row, TRUTH};
+use super::answer::{Band, Chain, CostKind, bands};
+use super::motion::STRIPS;
+use super::{BACKGROUNDS, Budget, COLUMNS, Column, Comparison, Identity, MethodRun, Row, TRUTH};
 use digest::{Loss, OfElevation, Picture};
 
 /// Words and places of the page; everything else is drawn by its scripts from the data.
@@ -31,6 +32,7 @@ const SCRIPT: &str = concat!(
     include_str!("page/tables.js"),
     include_str!("page/plots.js"),
     include_str!("page/viewer.js"),
+    include_str!("page/motion.js"),
     include_str!("page/page.js")
 );
 
@@ -58,15 +60,29 @@ struct Report<'a> {
     backgrounds: [[u8; 3]; 2],
     source: &'a str,
     height_m: f32,
+    budget: &'a Budget,
     truth: &'static str,
     ours: &'static str,
     bands: Vec<Band>,
-    chain: Vec<(String, Option<String>, f32)>,
+    chain: Chain,
     losses: Vec<Loss>,
+    /// Of the program.
+    commit: &'static str,
+    /// Names of the strips among a method's pictures: a walk round the tree, and one away from it.
+    strips: [&'static str; 2],
     columns: &'static [Column],
     pictures: Vec<Picture>,
     elevations: Vec<OfElevation>,
     methods: &'a [MethodRun],
+}
+
+/// The recommendation of a comparison.
+pub fn chain(comparison: &Comparison, asked: &Asked) -> Chain {
+    Chain::of(&bands(&rows(comparison), asked.max_flip, asked.cost))
+}
+
+fn rows(comparison: &Comparison) -> Vec<Row> {
+    comparison.methods.iter().flat_map(|run| run.rows.iter().cloned()).collect()
 }
 
 /// Writes it; gives where the page is.
@@ -87,7 +103,7 @@ pub fn write(folder: &Path, comparison: &Comparison, identity: &Identity, asked:
 
 /// The data as JSON that can stand within HTML: no `<` ends the element that it stands in.
 fn data(comparison: &Comparison, identity: &Identity, asked: Asked) -> Result<String> {
-    let rows: Vec<Row> = comparison.methods.iter().flat_map(|run| run.rows.iter().cloned()).collect();
+    let rows = rows(comparison);
     let bands = bands(&rows, asked.max_flip, asked.cost);
     let elevations = digest::by_elevation(comparison);
     let report = Report {
@@ -100,11 +116,14 @@ fn data(comparison: &Comparison, identity: &Identity, asked: Asked) -> Result<St
         backgrounds: BACKGROUNDS,
         source: &comparison.source,
         height_m: comparison.height_m,
+        budget: &comparison.budget,
         truth: TRUTH,
         ours: digest::OURS,
-        chain: chain(&bands),
+        chain: Chain::of(&bands),
         bands,
         losses: digest::losses(&rows, &elevations),
+        commit: env!("SPHEREBOARD_COMMIT"),
+        strips: STRIPS,
         columns: COLUMNS,
         pictures: digest::pictures(&comparison.plan),
         elevations,
@@ -130,11 +149,16 @@ fn internal(cause: impl std::fmt::Display) -> Error {
 fn cells(comparison: &Comparison) -> Vec<u8> {
     let mut text = "method,level,azimuth_deg,elevation_deg,height_px,sun".to_owned();
     COLUMNS.iter().for_each(|column| text += &format!(",{}", column.id));
+    text += ",failed";
     for cell in &comparison.cells {
         let view = comparison.plan.views[cell.view];
         let level = cell.level.as_deref().unwrap_or("");
         text += &format!("\n{},{level},{},{},{},{}", cell.method, view.azimuth_deg, view.elevation_deg, cell.height_px, cell.sun);
-        COLUMNS.iter().for_each(|column| text += &format!(",{:.5}", (column.of)(&cell.error)));
+        match &cell.failed {
+            None => COLUMNS.iter().for_each(|column| text += &format!(",{:.5}", (column.of)(&cell.error))),
+            Some(_) => text += &",".repeat(COLUMNS.len()),
+        }
+        text += &format!(",{}", cell.failed.as_deref().map_or_else(String::new, |why| format!("\"{}\"", why.replace('"', "\"\""))));
     }
     text.push('\n');
     text.into_bytes()

@@ -1,43 +1,37 @@
-//! The run: methods one after the other, each built, looked at from everywhere and timed.
+//! The run: the truth from everywhere, then contender by contender, several at once where the adapter is a processor.
 
 use std::path::Path;
-use std::time::Duration;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError, RwLock, RwLockWriteGuard};
+use std::thread;
+use std::time::Instant;
 
-use glam::{Vec3, Vec4};
-use image::{Rgba, RgbaImage};
-use rayon::prelude::*;
+use crate::render::Renderer;
+use crate::repr::{self, METHODS};
+use crate::{Error, Result};
 
-use crate::raster::{PngEffort, png_with, to_linear, to_srgb};
-use crate::render::{Renderer, Shot, Tree};
-use crate::repr::{
-    self, BuiltTree, Capture, METHODS, Order, REFERENCE_FOCAL_PX, Representation, Settings, Stats, TreeSource, tabled,
-};
-use crate::{Result, Seed, files};
-
-use super::cost::Cost;
-use super::motion::{self, Motion};
-use super::plan::{Plan, View};
-use super::score::Figures;
+use super::bench::Bench;
+use super::budget::{self, Budget};
+use super::contender::{Contender, Workshop};
+use super::photograph::Photograph;
+use super::pictures::{self, Look, TRUTH_FOLDER};
+use super::plan::Plan;
 use super::staging::{Seen, Stage};
 use super::store::Store;
-use super::{Cell, Comparison, MethodRun, Row, TRUTH};
+use super::{Comparison, TRUTH, motion, truth};
 
 /// What is to be compared.
 pub struct Request<'a> {
-    /// The tree.
-    pub source: &'a TreeSource,
-    /// Methods by id, in this order; [`TRUTH`] is always looked at.
-    pub methods: &'a [String],
+    /// With what contenders are built.
+    pub shop: Workshop<'a>,
+    /// The truth from the plan's photographed view.
+    pub photograph: Option<&'a Photograph>,
+    /// Who takes part, in this order.
+    pub contenders: &'a [Contender],
     /// What is looked at.
     pub plan: &'a Plan,
-    /// Of every random number.
-    pub seed: Seed,
-    /// Takes pictures for methods.
-    pub capture: &'a dyn Capture,
-    /// Whether each method's levels are looked at by themselves too, wherever they would be drawn.
-    pub levels: bool,
-    /// Milliseconds to time each distance for.
-    pub timing_ms: u64,
+    /// How the plan came about.
+    pub budget: &'a Budget,
     /// Where pictures go.
     pub folder: &'a Path,
 }
@@ -52,30 +46,79 @@ pub struct Progress<'a> {
     pub all: usize,
 }
 
-/// Compares. `told` hears of every picture.
+/// What the workers of a run share.
+pub(super) struct Hall<'a> {
+    pub request: &'a Request<'a>,
+    pub stage: Stage,
+    pub looks: Vec<Look>,
+    /// The truth, look by look.
+    pub truth: Vec<Seen>,
+    /// How much the truth itself changes from frame to frame on the orbit.
+    pub truth_flicker: f64,
+    /// Whoever times something holds it alone; whoever draws or reckons shares it.
+    quiet: RwLock<()>,
+    done: AtomicUsize,
+    told: &'a (dyn Fn(Progress) + Sync),
+}
+
+impl Hall<'_> {
+    /// Nobody else works until this goes.
+    pub fn alone(&self) -> RwLockWriteGuard<'_, ()> {
+        self.quiet.write().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Works beside others.
+    pub fn shared<T>(&self, work: impl FnOnce() -> T) -> T {
+        let _shared = self.quiet.read().unwrap_or_else(PoisonError::into_inner);
+        work()
+    }
+
+    /// So many more pictures are done.
+    pub fn tell(&self, doing: &str, more: usize) {
+        let done = self.done.fetch_add(more, Ordering::Relaxed) + more;
+        (self.told)(Progress { doing, done, all: (1 + self.request.contenders.len()) * self.looks.len() });
+    }
+}
+
+/// Compares. `told` hears of every picture. Several `renderers` work side by side, one contender each.
 ///
 /// # Errors
-/// Those of the renderer and of files; what fails in one method alone is told in its [`MethodRun::refused`].
-pub fn run(renderer: &mut Renderer, request: &Request, store: &mut Store, told: &dyn Fn(Progress)) -> Result<Comparison> {
-    let stage = Stage { bounds: request.source.box_of_all()? };
-    let truth = Truth::take(renderer, request, &stage)?;
-    let mut bench = Bench { renderer, request, stage, truth };
-    let all = request.methods.len() * request.plan.pictures();
+/// Those of the renderer and of files; what fails in one contender alone is told in its [`MethodRun::refused`](super::MethodRun::refused),
+/// what fails in one picture in its [`Cell::failed`](super::Cell::failed).
+pub fn run(
+    renderers: &mut [Renderer],
+    request: &Request,
+    store: &mut Store,
+    told: &(dyn Fn(Progress) + Sync),
+) -> Result<Comparison> {
+    let begun = Instant::now();
+    let mut hall = Hall {
+        request,
+        stage: Stage { bounds: request.shop.source.box_of_all()? },
+        looks: pictures::looks(request.plan),
+        truth: vec![],
+        truth_flicker: 0.0,
+        quiet: RwLock::new(()),
+        done: AtomicUsize::new(0),
+        told,
+    };
+    let waiting: Vec<&Contender> = request.contenders.iter().filter(|of| store.finished(of.id()).is_none()).collect();
+    hall.tell(TRUTH_FOLDER, (request.contenders.len() - waiting.len()) * hall.looks.len());
+    if !waiting.is_empty() {
+        take_truth(renderers, &mut hall)?;
+        work(renderers, &hall, &waiting, &Mutex::new(&mut *store))?;
+    }
+    store.add_time(begun.elapsed().as_secs_f64())?;
     let mut comparison = Comparison {
-        source: request.source.name().to_owned(),
-        height_m: stage.height_m(),
+        source: request.shop.source.name().to_owned(),
+        height_m: hall.stage.height_m(),
         plan: request.plan.clone(),
+        budget: Budget { taken_s: store.taken_s(), peak_mb: budget::peak_mb(), ..request.budget.clone() },
         methods: vec![],
         cells: vec![],
     };
-    for (number, id) in request.methods.iter().enumerate() {
-        let method = repr::method(id)?;
-        if store.finished(id).is_none() {
-            let say = |done: usize| told(Progress { doing: id, done: number * request.plan.pictures() + done, all });
-            let (run, cells) = bench.method(method, &say);
-            store.keep(run, cells)?;
-        }
-        let (run, cells) = store.finished(id).expect("just kept").clone();
+    for contender in request.contenders {
+        let (run, cells) = store.finished(contender.id()).expect("all are").clone();
         comparison.methods.push(run);
         comparison.cells.extend(cells);
     }
@@ -87,212 +130,52 @@ pub fn every_method() -> Vec<String> {
     METHODS.iter().map(|method| method.id().to_owned()).collect()
 }
 
-/// The tree itself from everywhere, each pixel the mean of several: what a picture would show if pixels were points.
-struct Truth(Vec<Seen>);
-
-impl Truth {
-    fn take(renderer: &mut Renderer, request: &Request, stage: &Stage) -> Result<Self> {
-        let built = build(request, repr::method(TRUTH)?)?;
-        let tree = renderer.upload_built(&built)?;
-        let seen = looks(request.plan).map(|look| {
-            let shot = stage.shot(look.view, look.height_px, request.plan.suns[look.sun], None);
-            let [side, _] = shot.size_px;
-            let finer = if look.height_px > 128.0 { 2 } else { 4 };
-            let large = Shot { size_px: [side * finer; 2], ..shot };
-            let seen = coarser(&stage.see(renderer, &tree, &large)?, finer);
-            keep_picture(request, TRUTH_FOLDER, &look, &seen)?;
-            Ok(seen)
-        });
-        seen.collect::<Result<_>>().map(Self)
-    }
+/// The truth's pictures, each renderer some of them.
+fn take_truth(renderers: &mut [Renderer], hall: &mut Hall) -> Result<()> {
+    let built = Contender::Method(repr::method(TRUTH)?).build(&hall.request.shop)?;
+    let trees = renderers.iter().map(|renderer| renderer.upload_built(&built)).collect::<Result<Vec<_>>>()?;
+    let (next, here) = (AtomicUsize::new(0), &*hall);
+    let take = |renderer: &mut Renderer, tree: &_| -> Result<Vec<(usize, Seen)>> {
+        let mut taken = vec![];
+        while let Some(look) = here.looks.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let seen = truth::take(renderer, &here.stage, tree, look, here.request.photograph)?;
+            pictures::keep(here.request.folder, here.request.plan, TRUTH_FOLDER, look, &seen.color)?;
+            here.tell(TRUTH_FOLDER, 1);
+            taken.push((look.number, seen));
+        }
+        Ok(taken)
+    };
+    let mut taken: Vec<(usize, Seen)> = thread::scope(|scope| {
+        let take = &take;
+        let hands: Vec<_> =
+            renderers.iter_mut().zip(&trees).map(|(renderer, tree)| scope.spawn(move || take(renderer, tree))).collect();
+        let all = hands.into_iter().map(|hand| hand.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        all.collect::<Result<Vec<_>>>().map(|all| all.concat())
+    })?;
+    taken.sort_by_key(|(number, _)| *number);
+    let plan = hall.request.plan;
+    let orbit = motion::orbit(&mut renderers[0], &hall.stage, &trees[0], plan)?;
+    hall.truth_flicker = motion::mean_step(&orbit)?;
+    hall.truth = taken.into_iter().map(|(_, seen)| seen).collect();
+    Ok(())
 }
 
-/// Folder of the truth's pictures.
-const TRUTH_FOLDER: &str = "truth";
-
-/// One picture to be taken.
-#[derive(Clone, Copy)]
-struct Look {
-    number: usize,
-    view_number: usize,
-    view: View,
-    height_px: f32,
-    sun: usize,
-}
-
-/// Every picture of a plan, in order: distance by distance, light by light, view by view.
-fn looks(plan: &Plan) -> impl Iterator<Item = Look> + '_ {
-    let each = move |(height_px, sun): (f32, usize)| (0..plan.views.len()).map(move |view_number| (height_px, sun, view_number));
-    let lights = plan.heights_px.iter().flat_map(|&height_px| (0..plan.suns.len()).map(move |sun| (height_px, sun)));
-    lights.flat_map(each).enumerate().map(|(number, (height_px, sun, view_number))| Look {
-        number,
-        view_number,
-        view: plan.views[view_number],
-        height_px,
-        sun,
+/// Each renderer takes one contender after the other, until none waits or a fault concerns them all.
+fn work(renderers: &mut [Renderer], hall: &Hall, waiting: &[&Contender], store: &Mutex<&mut Store>) -> Result<()> {
+    let next = AtomicUsize::new(0);
+    let hand = |renderer: &mut Renderer| -> Result<()> {
+        let mut bench = Bench { renderer, hall };
+        while let Some(contender) = waiting.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let worked = bench.contender(contender);
+            let (run, cells) = worked.inspect_err(|_| next.store(waiting.len(), Ordering::Relaxed))?;
+            // What was kept before somebody panicked is whole.
+            store.lock().unwrap_or_else(PoisonError::into_inner).keep(run, cells)?;
+        }
+        Ok::<(), Error>(())
+    };
+    thread::scope(|scope| {
+        let hand = &hand;
+        let hands: Vec<_> = renderers.iter_mut().map(|renderer| scope.spawn(move || hand(renderer))).collect();
+        hands.into_iter().try_for_each(|hand| hand.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     })
-}
-
-fn build(request: &Request, method: &dyn Representation) -> Result<BuiltTree> {
-    let order = Order { method: method.id(), trunk: None, settings: &Settings::default(), seed: request.seed };
-    repr::build(&order, request.source, request.capture)
-}
-
-/// Where methods are looked at.
-struct Bench<'a> {
-    renderer: &'a mut Renderer,
-    request: &'a Request<'a>,
-    stage: Stage,
-    truth: Truth,
-}
-
-/// A built tree at a level.
-struct Subject<'a> {
-    built: &'a BuiltTree,
-    tree: &'a Tree,
-    /// Told, by name and distance; `None` for the level that belongs there.
-    level: Option<(&'a str, f32)>,
-}
-
-impl Bench<'_> {
-    /// One method; what goes wrong is told, and the rest goes on.
-    fn method(&mut self, method: &dyn Representation, told: &dyn Fn(usize)) -> (MethodRun, Vec<Cell>) {
-        let mut run = MethodRun {
-            method: method.id().to_owned(),
-            name: method.name().to_owned(),
-            citation: method.citation().to_owned(),
-            refused: None,
-            parameters: vec![],
-            build_ms: 0.0,
-            memory_bytes: 0,
-            disk_bytes: 0,
-            levels: vec![],
-            motion: Motion::default(),
-            warnings: vec![],
-            rows: vec![],
-        };
-        let mut cells = vec![];
-        if let Err(why) = self.fill(method, &mut run, &mut cells, told) {
-            run.refused = Some(why.to_string());
-        }
-        (run, cells)
-    }
-
-    fn fill(
-        &mut self,
-        method: &dyn Representation,
-        run: &mut MethodRun,
-        cells: &mut Vec<Cell>,
-        told: &dyn Fn(usize),
-    ) -> Result<()> {
-        let settings = Settings::default();
-        run.parameters = tabled(method, &settings)?.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        let built = build(self.request, method)?;
-        let all = Stats::of_all(&built);
-        run.build_ms = built.build_ms;
-        run.memory_bytes = all.texture_bytes + all.geometry_bytes;
-        run.warnings = built.warnings.iter().map(|warning| warning.message.clone()).collect();
-        run.levels = built.levels.iter().map(|level| (level.name.clone(), level.distance)).collect();
-        let tree = self.renderer.upload_built(&built)?;
-        let by_themselves = if self.request.levels && run.levels.len() > 1 { run.levels.clone() } else { vec![] };
-        let levels = by_themselves.iter().map(|(name, distance)| Some((name.as_str(), *distance)));
-        for level in [None].into_iter().chain(levels) {
-            let subject = Subject { built: &built, tree: &tree, level };
-            self.look(&subject, run, cells, told)?;
-        }
-        let sun = self.request.plan.suns[0];
-        run.motion = Motion {
-            flicker: motion::orbit(self.renderer, &self.stage, &tree, sun)?,
-            popping: motion::dolly(self.renderer, &self.stage, &tree, sun)?,
-        };
-        Ok(())
-    }
-
-    /// Looks at a subject from everywhere, distance by distance.
-    fn look(&mut self, subject: &Subject, run: &mut MethodRun, cells: &mut Vec<Cell>, told: &dyn Fn(usize)) -> Result<()> {
-        let plan = self.request.plan;
-        let each = plan.views.len() * plan.suns.len();
-        for (number, &height_px) in plan.heights_px.iter().enumerate() {
-            let here: Vec<Look> = looks(plan).skip(number * each).take(each).collect();
-            let mut seen = vec![];
-            for look in &here {
-                let shot = self.stage.shot(look.view, height_px, plan.suns[look.sun], subject.level.map(|(_, distance)| distance));
-                let picture = self.stage.see(self.renderer, subject.tree, &shot)?;
-                if subject.level.is_none() {
-                    keep_picture(self.request, &run.method, look, &picture)?;
-                    told(look.number);
-                }
-                seen.push(picture);
-            }
-            let judged = here.par_iter().zip(&seen).map(|(look, seen)| {
-                let error = Figures::of(&self.truth.0[look.number], seen, self.stage.height_m())?;
-                let level = subject.level.map(|(name, _)| name.to_owned());
-                Ok(Cell { method: run.method.clone(), level, view: look.view_number, height_px, sun: look.sun, error })
-            });
-            let judged: Vec<Cell> = judged.collect::<Result<_>>()?;
-            let error = Figures::mean(&judged.iter().map(|cell| cell.error).collect::<Vec<_>>());
-            let cost = self.cost(subject, height_px, &seen[0])?;
-            let level = subject.level.map(|(name, _)| name.to_owned());
-            run.rows.push(Row { method: run.method.clone(), level, height_px, error, cost, failed: None });
-            cells.extend(judged);
-        }
-        Ok(())
-    }
-
-    /// What the subject costs there; `seen` is the first picture of that distance.
-    fn cost(&mut self, subject: &Subject, height_px: f32, seen: &Seen) -> Result<Cost> {
-        let budget = Duration::from_millis(self.request.timing_ms);
-        let told = subject.level.map(|(_, distance)| distance);
-        let cost = Cost::measure(self.renderer, &self.stage, (subject.built, subject.tree), height_px, told, budget)?;
-        let distance = told.unwrap_or(REFERENCE_FOCAL_PX / height_px);
-        let (camera, side_px) = self.stage.camera(self.request.plan.views[0], height_px);
-        Ok(cost.seen(subject.built, distance, &camera, side_px, seen))
-    }
-}
-
-/// Each pixel the mean of `by` × `by`: colours by what is there, depth over what is there where that is half or more.
-fn coarser(seen: &Seen, by: u32) -> Seen {
-    let (width, height) = (seen.color.width() / by, seen.color.height() / by);
-    let mut depth_m = Vec::with_capacity((width * height) as usize);
-    let color = RgbaImage::from_fn(width, height, |x, y| {
-        let (mut sum, mut way, mut there) = (Vec4::ZERO, 0.0, 0);
-        for (i, j) in (0..by * by).map(|k| (x * by + k % by, y * by + k / by)) {
-            let [r, g, b, a] = seen.color.get_pixel(i, j).0;
-            let alpha = f32::from(a) / 255.0;
-            sum += (alpha * Vec3::from([r, g, b].map(to_linear))).extend(alpha);
-            let depth = seen.depth_m[(j * seen.color.width() + i) as usize];
-            if depth.is_finite() {
-                (way, there) = (way + depth, there + 1);
-            }
-        }
-        depth_m.push(if 2 * there >= by * by { way / there as f32 } else { f32::INFINITY });
-        let [r, g, b] = (sum.truncate() / sum.w.max(1e-6)).to_array().map(to_srgb);
-        Rgba([r, g, b, (255.0 * sum.w / (by * by) as f32).round() as u8])
-    });
-    Seen { color, depth_m }
-}
-
-/// Whether a look's picture goes into the report: of each elevation the first azimuth.
-pub fn is_kept(plan: &Plan, view_number: usize) -> bool {
-    let elevation_deg = plan.views[view_number].elevation_deg;
-    plan.views[..view_number].iter().all(|view| view.elevation_deg != elevation_deg)
-}
-
-/// Where the picture of a look lies within the folder of a comparison.
-pub fn picture_path(method: &str, view: View, height_px: f32, sun: usize) -> String {
-    format!("pictures/{method}/{}", picture_file(view, height_px, sun))
-}
-
-/// Its name within the method's folder.
-pub fn picture_file(view: View, height_px: f32, sun: usize) -> String {
-    format!("e{:.0}_h{height_px:.0}_s{sun}.png", view.elevation_deg)
-}
-
-fn keep_picture(request: &Request, method: &str, look: &Look, seen: &Seen) -> Result<()> {
-    if !is_kept(request.plan, look.view_number) {
-        return Ok(());
-    }
-    let path = request.folder.join(picture_path(method, look.view, look.height_px, look.sun));
-    let _folder = files::ready_folder(path.parent().unwrap_or(request.folder))?;
-    files::write_whole(&path, &png_with(&seen.color, PngEffort::Small)?)
 }

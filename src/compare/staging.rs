@@ -10,6 +10,7 @@ use crate::metrics::over;
 use crate::render::{Background, Camera, Projection, Renderer, Shot, Stand, Tree};
 use crate::repr::REFERENCE_FOCAL_PX;
 
+use super::pictures::Look;
 use super::plan::{Sun, View};
 
 /// Around the box of the true tree, a share of it.
@@ -75,6 +76,27 @@ impl Stage {
             toward_sun: Vec3::new(sa * ce, se, ca * ce),
             level_distance: level,
             ..Shot::new(camera, [side_px; 2])
+        }
+    }
+
+    /// The shot from where a photograph was taken: in parallel projection, as its outline was traced, and without light, as it has its own.
+    pub fn photo_shot(&self, height_px: f32, level: Option<f32>) -> Shot {
+        let front = View { azimuth_deg: 0.0, elevation_deg: 0.0 };
+        let (_, side_px) = self.camera(front, height_px);
+        let half_height_m = 0.5 * side_px as f32 * self.height_m() / height_px;
+        let distance_m = 4.0 * half_height_m.max(self.bounds.size().max_element());
+        let projection = Projection::Orthographic { half_height_m, near_m: 0.01 * distance_m, far_m: 2.0 * distance_m };
+        let camera = Camera { projection, ..Camera::orbit(self.bounds.center(), 0.0, 0.0, distance_m) };
+        let stage = crate::render::Stage::Antialiased;
+        Shot { stage, background: Background::Alpha, level_distance: level, ..Shot::new(camera, [side_px; 2]) }
+    }
+
+    /// The shot of a look.
+    pub fn shot_of(&self, look: &Look, level: Option<f32>) -> Shot {
+        if look.photographed {
+            self.photo_shot(look.height_px, level)
+        } else {
+            self.shot(look.view, look.height_px, look.sun, level)
         }
     }
 

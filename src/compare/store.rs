@@ -40,6 +40,7 @@ struct Finished {
 pub struct Store {
     folder: PathBuf,
     finished: Vec<(MethodRun, Vec<Cell>)>,
+    taken_s: f64,
 }
 
 impl Store {
@@ -48,17 +49,17 @@ impl Store {
     /// # Errors
     /// [`Error::OtherComparison`] when another one's results lie there and `anew` does not say to drop them; those of [`files`].
     pub fn open(folder: &Path, identity: &Identity, anew: bool) -> Result<Self> {
-        let [known, list] = ["identity.json", "finished.jsonl"].map(|name| folder.join(name));
+        let [known, list, times] = ["identity.json", "finished.jsonl", TIMES].map(|name| folder.join(name));
         let text =
             serde_json::to_string_pretty(identity).map_err(|e| Error::Internal { stage: "compare::store", what: e.to_string() })?;
-        let mut store = Self { folder: folder.to_owned(), finished: vec![] };
+        let mut store = Self { folder: folder.to_owned(), finished: vec![], taken_s: 0.0 };
         match fs::read_to_string(&known) {
             Ok(found) if found == text => store.read(&list),
             Ok(_) if !anew => return Err(Error::OtherComparison { folder: folder.to_owned() }),
             _ => {
                 // Nothing finished may stand under another name than its own.
-                if list.exists() {
-                    fs::remove_file(&list).map_err(|cause| Error::Write { path: list.clone(), cause })?;
+                for old in [list, times].into_iter().filter(|old| old.exists()) {
+                    fs::remove_file(&old).map_err(|cause| Error::Write { path: old.clone(), cause })?;
                 }
                 files::write_whole(&known, text.as_bytes())?;
             }
@@ -70,6 +71,8 @@ impl Store {
     fn read(&mut self, list: &Path) {
         let text = fs::read_to_string(list).unwrap_or_default();
         let whole = text.lines().filter_map(|line| serde_json::from_str::<Finished>(line).ok());
+        let times = fs::read_to_string(self.folder.join(TIMES)).unwrap_or_default();
+        self.taken_s = times.lines().filter_map(|line| line.parse::<f64>().ok()).sum();
         self.finished = whole.map(|finished| (finished.run, finished.cells)).collect();
     }
 
@@ -87,15 +90,36 @@ impl Store {
         let finished = Finished { run, cells };
         let line =
             serde_json::to_string(&finished).map_err(|e| Error::Internal { stage: "compare::store", what: e.to_string() })?;
-        let append = || -> std::io::Result<()> {
-            // A line cut short by the end of an earlier run must not swallow this one.
-            let begins = fs::read(&list).map_or(true, |bytes| bytes.last().is_none_or(|last| *last == b'\n'));
-            let mut file = fs::OpenOptions::new().create(true).append(true).open(&list)?;
-            file.write_all(format!("{}{line}\n", if begins { "" } else { "\n" }).as_bytes())?;
-            file.sync_data()
-        };
-        append().map_err(|cause| Error::Write { path: list.clone(), cause })?;
+        append(&list, &line)?;
         self.finished.push((finished.run, finished.cells));
         Ok(())
     }
+
+    /// Notes that a run has taken so long.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn add_time(&mut self, seconds: f64) -> Result<()> {
+        self.taken_s += seconds;
+        append(&self.folder.join(TIMES), &format!("{seconds:.3}"))
+    }
+
+    /// Seconds of all runs that came to their end.
+    pub fn taken_s(&self) -> f64 {
+        self.taken_s
+    }
+}
+
+/// A line for each run that came to its end: its seconds.
+const TIMES: &str = "times.txt";
+
+fn append(path: &Path, line: &str) -> Result<()> {
+    let add = || -> std::io::Result<()> {
+        // A line cut short by the end of an earlier run must not swallow this one.
+        let begins = fs::read(path).map_or(true, |bytes| bytes.last().is_none_or(|last| *last == b'\n'));
+        let mut file = fs::OpenOptions::new().create(true).append(true).open(path)?;
+        file.write_all(format!("{}{line}\n", if begins { "" } else { "\n" }).as_bytes())?;
+        file.sync_data()
+    };
+    add().map_err(|cause| Error::Write { path: path.to_owned(), cause })
 }

@@ -5,9 +5,9 @@ use image::imageops::{self, FilterType};
 use image::{Rgb, RgbImage};
 
 use crate::Result;
+use crate::compare::{Stage, View};
 use crate::geom::Bounds;
-use crate::gpu::layout::Instance;
-use crate::render::{Background, Camera, Projection, Renderer, Shot, Stand, Tree};
+use crate::render::{Background, Renderer, Shot, Tree};
 use crate::repr::REFERENCE_FOCAL_PX;
 
 use super::draw;
@@ -20,11 +20,6 @@ pub const ELEVATIONS_DEG: [f32; 3] = [0.0, 45.0, 90.0];
 const PANELS_PX: [u32; 3] = [240, 150, 100];
 /// What stands behind the trees, sRGB.
 const PAPER: [u8; 3] = [214, 224, 232];
-
-/// What a picture from any side has to show to both sides of the middle, metres.
-fn half_extent(bounds: Bounds) -> f32 {
-    0.62 * bounds.size().max_element()
-}
 
 /// The tree as a viewer sees it who is `distance` tree heights away from its middle, at [`REFERENCE_FOCAL_PX`]: a square picture, transparent
 /// where nothing is.
@@ -39,15 +34,10 @@ pub fn seen_from(
     azimuth_deg: f32,
     elevation_deg: f32,
 ) -> Result<image::RgbaImage> {
-    let height_m = bounds.height_m();
-    let distance_m = distance * height_m;
-    let side_px = (2.0 * half_extent(bounds) * REFERENCE_FOCAL_PX / distance_m).ceil().clamp(8.0, 2048.0);
-    let orbit = Camera::orbit(bounds.center(), azimuth_deg.to_radians(), elevation_deg.to_radians(), distance_m);
-    let near_m = (0.02 * distance_m).min(0.1 * height_m);
-    let fov_y_rad = 2.0 * (0.5 * side_px / REFERENCE_FOCAL_PX).atan();
-    let camera = Camera { projection: Projection::Perspective { fov_y_rad, near_m }, ..orbit };
-    let shot = Shot { background: Background::Alpha, ..Shot::new(camera, [side_px as u32; 2]) };
-    Ok(renderer.picture(&shot, &[Stand { tree, instances: &[Instance::IDENTITY] }])?.color)
+    let stage = Stage { bounds };
+    let (camera, side_px) = stage.camera(View { azimuth_deg, elevation_deg }, REFERENCE_FOCAL_PX / distance);
+    let shot = Shot { background: Background::Alpha, ..Shot::new(camera, [side_px; 2]) };
+    Ok(stage.see(renderer, tree, &shot)?.color)
 }
 
 /// A row of the sheet.

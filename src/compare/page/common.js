@@ -1,6 +1,9 @@
 // The data, and what all parts of the page share. Nothing here fetches anything.
 const data = JSON.parse(document.getElementById("data").textContent);
-const { columns, pictures, elevations } = data;
+const { columns, pictures } = data;
+/** What was held against a photograph stands for itself. */
+const elevations = data.elevations.filter((entry) => !entry.photographed);
+const photographed = data.elevations.filter((entry) => entry.photographed);
 const { views, suns } = data.identity.plan;
 const heights = [...new Set(data.identity.plan.heights_px)].sort((a, b) => b - a);
 const elevationsDeg = [...new Set(views.map((view) => view.elevation_deg))].sort((a, b) => a - b);

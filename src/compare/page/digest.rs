@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::compare::answer::CostKind;
-use crate::compare::run::{is_kept, picture_file};
+use crate::compare::pictures::file_of;
 use crate::compare::{Cell, Comparison, Figures, Plan, Row, TRUTH, View};
 
 /// The method that is this project's own: the page says where it is beaten.
@@ -16,6 +16,8 @@ pub struct OfElevation {
     level: Option<String>,
     height_px: f32,
     elevation_deg: f32,
+    /// Held against the photograph itself, from its own view.
+    photographed: bool,
     error: Figures,
 }
 
@@ -34,6 +36,7 @@ pub struct Picture {
 pub struct Loss {
     height_px: f32,
     elevation_deg: f32,
+    photographed: bool,
     ours: Entry,
     /// Those that beat it, least error first.
     by: Vec<Entry>,
@@ -51,10 +54,12 @@ pub struct Entry {
 pub fn by_elevation(comparison: &Comparison) -> Vec<OfElevation> {
     let elevation_deg = |cell: &Cell| comparison.plan.views[cell.view].elevation_deg;
     let alike = |a: &Cell, b: &Cell| {
-        (&a.method, &a.level, a.height_px) == (&b.method, &b.level, b.height_px) && elevation_deg(a) == elevation_deg(b)
+        let own = |cell: &Cell| comparison.plan.photographed == Some(cell.view);
+        (&a.method, &a.level, a.height_px) == (&b.method, &b.level, b.height_px)
+            && (elevation_deg(a), own(a)) == (elevation_deg(b), own(b))
     };
     let mut groups: Vec<Vec<&Cell>> = vec![];
-    for cell in &comparison.cells {
+    for cell in comparison.cells.iter().filter(|cell| cell.failed.is_none()) {
         // Cells of one distance lie together: a group is mostly among the last few.
         match groups.iter_mut().rev().find(|group| alike(group[0], cell)) {
             Some(group) => group.push(cell),
@@ -66,6 +71,7 @@ pub fn by_elevation(comparison: &Comparison) -> Vec<OfElevation> {
         level: group[0].level.clone(),
         height_px: group[0].height_px,
         elevation_deg: elevation_deg(group[0]),
+        photographed: comparison.plan.photographed == Some(group[0].view),
         error: Figures::mean(&group.iter().map(|cell| cell.error).collect::<Vec<_>>()),
     };
     groups.into_iter().map(mean).collect()
@@ -73,7 +79,7 @@ pub fn by_elevation(comparison: &Comparison) -> Vec<OfElevation> {
 
 /// Every picture that a run keeps of each method.
 pub fn pictures(plan: &Plan) -> Vec<Picture> {
-    let kept = plan.views.iter().enumerate().filter(|(number, _)| is_kept(plan, *number)).map(|(_, view)| *view);
+    let kept = plan.views.iter().enumerate().filter(|(number, _)| plan.is_first(*number)).map(|(_, view)| *view);
     let of_height = |height_px: f32| (0..plan.suns.len()).map(move |sun| (height_px, sun));
     let of_view = |view: View| {
         plan.heights_px.iter().copied().flat_map(of_height).map(move |(height_px, sun)| Picture {
@@ -81,7 +87,7 @@ pub fn pictures(plan: &Plan) -> Vec<Picture> {
             elevation_deg: view.elevation_deg,
             height_px,
             sun,
-            file: picture_file(view, height_px, sun),
+            file: file_of(view, height_px, sun),
         })
     };
     kept.flat_map(of_view).collect()
@@ -97,12 +103,20 @@ pub fn losses(rows: &[Row], elevations: &[OfElevation]) -> Vec<Loss> {
     let drawn = |of: &&OfElevation| of.level.is_none();
     let loss = |own: &OfElevation| {
         let ours = entry(own)?;
-        let here = |of: &&OfElevation| of.height_px == own.height_px && of.elevation_deg == own.elevation_deg;
+        let here = |of: &&OfElevation| {
+            (of.height_px, of.elevation_deg, of.photographed) == (own.height_px, own.elevation_deg, own.photographed)
+        };
         let rivals = elevations.iter().filter(drawn).filter(here).filter(|of| of.method != OURS && of.method != TRUTH);
         let mut by: Vec<Entry> =
             rivals.filter_map(entry).filter(|rival| rival.bytes <= ours.bytes && rival.flip < ours.flip).collect();
         by.sort_by(|a, b| a.flip.total_cmp(&b.flip));
-        (!by.is_empty()).then_some(Loss { height_px: own.height_px, elevation_deg: own.elevation_deg, ours, by })
+        (!by.is_empty()).then_some(Loss {
+            height_px: own.height_px,
+            elevation_deg: own.elevation_deg,
+            photographed: own.photographed,
+            ours,
+            by,
+        })
     };
     elevations.iter().filter(drawn).filter(|of| of.method == OURS).filter_map(loss).collect()
 }

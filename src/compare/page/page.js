@@ -2,22 +2,36 @@
 
 const cost = costs[data.cost];
 
+/** What was planned and what it took, and what was left out for it. */
+function budgetText() {
+  const { allowed_s: allowed, planned_s: planned, taken_s: taken, peak_mb: peak, thinned } = data.budget;
+  const left = thinned.length ? ` To fit, it was thinned out: ${thinned.join("; ")}.` : " Nothing was left out to fit.";
+  return `Planned for ${whole(planned)} s of ${whole(allowed)} s allowed (four cores, software driver), it took ${whole(taken)} s` +
+    `${number(peak) ? ` and at most ${digits(peak / 1000)} GB of memory` : ""}.${left}`;
+}
+
 function startAnswer() {
   const refused = data.methods.length - compared.length;
   byId("looked").textContent =
     `${compared.length} methods${refused ? ` (and ${refused} refused)` : ""} held against a tree ${digits(data.height_m)} m high, from ${views.length} views ` +
-    `at ${heights.length} distances under ${suns.length} sun${suns.length > 1 ? "s" : ""}.`;
+    `at ${heights.length} distances under ${suns.length} sun${suns.length > 1 ? "s" : ""}. ${budgetText()}`;
   const { chain, bands } = data;
   const place = (distance) => (distance === 0 ? "at any nearer distance" : `from ${away(distance)} tree heights on (${whole(data.focal_px / distance)} px high)`);
-  const chainText = chain.map(([method, level, from]) => `${methodName(method, level)}${from === 0 ? "" : ` ${place(from)}`}`);
-  byId("answer-lead").textContent = chain.length === 0
+  const { links } = chain;
+  const chainText = links.map(({ method, level, from_distance: from }) => `${methodName(method, level)}${from === 0 ? "" : ` ${place(from)}`}`);
+  byId("answer-lead").textContent = links.length === 0
     ? `No method stays under a mean FLIP of ${data.max_flip} at any distance.`
-    : chain.length === 1
-      ? `Draw ${chainText[0]} at every distance: the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`
+    : links.length === 1
+      ? `Draw ${chainText[0]}${bands.every((band) => band.method) ? " at every distance" : ""}: the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`
       : `Draw ${chainText[0]} first, then ${chainText.slice(1).join(", then ")}: at each distance the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`;
-  if (chain.length === 1 && chain[0][0] === data.truth) byId("answer-lead").textContent += " No stand-in within that error is cheaper.";
-  byId("chain").replaceChildren(...chain.map(([method, level, from], i) => {
-    const until = chain[i + 1]?.[2];
+  const without = bands.filter((band) => !band.method);
+  if (links.length > 0 && without.length > 0) {
+    byId("answer-lead").textContent += ` Where the tree is ${listed(without.map((band) => `${whole(band.height_px)} px`))} high nothing stays under that error, ` +
+      "not even the tree itself with one sample for each pixel; the chain keeps there what stands before it.";
+  }
+  if (links.length === 1 && links[0].method === data.truth) byId("answer-lead").textContent += " No stand-in within that error is cheaper.";
+  byId("chain").replaceChildren(...links.map(({ method, level, from_distance: from }, i) => {
+    const until = links[i + 1]?.from_distance;
     const range = from === 0 ? (until ? `up to ${away(until)} tree heights` : "at every distance") : until ? `${away(from)} to ${away(until)} tree heights` : `beyond ${away(from)} tree heights`;
     const size = from === 0 ? (until ? `taller than ${whole(data.focal_px / until)} px` : "") : `${whole(data.focal_px / from)} px high${until ? ` down to ${whole(data.focal_px / until)} px` : " and less"}`;
     return element("li", {}, element("b", {}, methodName(method, level)), element("span", {}, range), element("span", {}, size));
@@ -83,8 +97,11 @@ function startRebuild() {
   const { identity } = data;
   byId("command").textContent = data.command;
   const facts = [
-    ["Program", identity.program], ["Source", identity.source], ["Seed", String(identity.seed)], ["Adapter, driver", identity.adapter],
+    ["Program", `${identity.program}, commit ${data.commit}`], ["Source", identity.source], ["Seed", String(identity.seed)], ["Adapter, driver", identity.adapter],
     ["Changed settings", identity.settings.length ? identity.settings.join(", ") : "none: every method at its defaults"],
+    ["Time and memory", budgetText()],
+    ["Levels by themselves", identity.plan.levels ? "from the first azimuth of each elevation, in the first light" : "not looked at"],
+    ["Timed for", `${identity.plan.timing_ms} ms at each distance, with nothing else at work`],
     ["Good enough", `mean FLIP up to ${data.max_flip}`], ["Cheap by", cost.name.toLowerCase()],
     ["Distances", heights.map((heightPx) => `${whole(heightPx)} px (${away(treeHeights(heightPx))} heights)`).join(", ")],
     ["Elevations", elevationsDeg.map((deg) => `${deg}°`).join(", ")],
@@ -102,6 +119,6 @@ function startRebuild() {
     run.parameters.length ? plainTable("Effective parameters", parameterColumns, run.parameters) : element("p", { class: "small" }, "It has no parameters."))));
 }
 
-[startAnswer, startLosses, startPlots, startViewer, startSheet, startTables, startRefused, startRebuild].forEach((start) => start());
+[startAnswer, startLosses, startPlots, startPhotographed, startViewer, startSheet, startMotion, startTables, startRefused, startRebuild].forEach((start) => start());
 // Paper does not unfold.
 window.addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((folded) => (folded.open = true)));

@@ -5,7 +5,7 @@ const PALETTE = 6;
 const colored = new Map();
 
 function startColors() {
-  const wanted = [data.ours, ...data.chain.map(([method]) => method), ...data.bands.flatMap((band) => (band.best ? [band.best[0]] : []))];
+  const wanted = [data.ours, ...data.chain.links.map((link) => link.method), ...data.bands.flatMap((band) => (band.best ? [band.best[0]] : []))];
   const known = [...new Set(wanted)].filter((method) => compared.some((run) => run.method === method));
   const others = compared.map((run) => run.method).filter((method) => !known.includes(method) && method !== data.truth);
   [...known, ...others].slice(0, PALETTE).forEach((method, i) => colored.set(method, i));
@@ -185,6 +185,17 @@ function climb(heightPx) {
   }
   plot.svg.setAttribute("aria-label", `${titleOf(columnOf(id))} by elevation where the tree is ${distanceName(heightPx)}`);
   return element("figure", {}, element("figcaption", {}, distanceName(heightPx)), plot.svg);
+}
+
+/** Errors against the photograph itself. */
+function startPhotographed() {
+  byId("photographed").hidden = photographed.length === 0;
+  const drawn = compared.filter((run) => photographed.some((entry) => entry.method === run.method && !entry.level));
+  const error = (run, heightPx, id) => errorOf(photographed.find((entry) => entry.method === run.method && !entry.level && entry.height_px === heightPx)?.error, id);
+  const shown = [["flip", "FLIP"], ["silhouette", "1 − IoU"]];
+  const figures = heights.flatMap((heightPx) => shown.map(([id, name]) => ({ name: `${name}, ${whole(heightPx)} px`, value: (run) => error(run, heightPx, id), show: fixed(3), meaning: columnOf(id).meaning })));
+  const named = { name: "Method", value: (run) => run.method, text: true, meaning: "the method" };
+  byId("photographed-table").replaceChildren(sortable("Errors against the photograph; 0 is perfect", [named, ...figures], drawn, 1));
 }
 
 function startPlots() {

@@ -7,7 +7,9 @@ function table(caption, columns, rows, mark = () => null) {
     const shown = column.show ? column.show(value) : value;
     return i === 0 ? element("th", { scope: "row" }, shown) : element("td", { class: mark(column, row) ?? (column.text ? "text" : null) }, shown);
   };
-  const line = (row) => element("tr", {}, ...columns.map((column, i) => cell(column, row, i)));
+  const line = (row) => (row.failed
+    ? element("tr", {}, cell(columns[0], row, 0), element("td", { class: "text failed", colspan: columns.length - 1 }, `failed: ${row.failed}`))
+    : element("tr", {}, ...columns.map((column, i) => cell(column, row, i))));
   const heads = columns.map((column) =>
     element("th", { scope: "col", class: column.text ? "text" : null, title: column.meaning },
       column.name, column.unit ? element("span", { class: "unit" }, ` ${column.unit}`) : null));
@@ -25,7 +27,7 @@ function sortable(caption, columns, rows, first, mark) {
   const { made, heads, body, line } = table(caption, columns, rows, mark);
   let [by, up] = [-1, true];
   const order = (a, b) => {
-    const [x, y] = [a, b].map((row) => columns[by].value(row));
+    const [x, y] = [a, b].map((row) => (row.failed && by > 0 ? NaN : columns[by].value(row)));
     if (typeof x === "string" || typeof y === "string") return (up ? 1 : -1) * String(x).localeCompare(String(y));
     // What has no figure comes last in both orders.
     if (number(x) !== number(y)) return number(x) ? -1 : 1;
@@ -46,7 +48,7 @@ const rowName = { name: "Method", value: (row) => methodName(row.method, row.lev
 const costColumns = [
   rowName,
   { name: "time", unit: "ms", value: (row) => row.cost.ms, show: fixed(4), meaning: "milliseconds of the device for one tree, median over frames full of trees" },
-  { name: "time, 95 %", unit: "ms", value: (row) => row.cost.ms_p95, show: fixed(4), meaning: "95 % of the frames took this or less, per tree" },
+  { name: "time, 95 %", unit: "ms", value: (row) => (row.cost.frames < 3 ? NaN : row.cost.ms_p95), show: fixed(4), meaning: "95 % of the frames took this or less, per tree; – where fewer than three were timed" },
   { name: "triangles", value: (row) => row.cost.triangles, show: whole, meaning: "triangles of one tree" },
   { name: "draw calls", value: (row) => row.cost.draw_calls, show: whole, meaning: "draw calls of any number of trees" },
   { name: "textures", value: (row) => row.cost.texture_bytes, show: bytes, meaning: "bytes on the device of the pictures seen at that distance, with all their smaller sizes" },
@@ -61,16 +63,16 @@ const methodColumns = [
   { name: "Method", value: (run) => methodName(run.method), text: true, meaning: "the method" },
   { name: "build", unit: "ms", value: (run) => run.build_ms, show: whole, meaning: "milliseconds to build it from the tree" },
   { name: "memory", value: (run) => run.memory_bytes, show: bytes, meaning: "bytes on the device of all its textures and geometry, all levels" },
-  { name: "file", value: (run) => run.disk_bytes || NaN, show: bytes, meaning: "bytes of its GLB file; – where none was written" },
+  { name: "file", value: (run) => run.disk_bytes || NaN, show: bytes, meaning: "bytes of its GLB file with all levels; – where none could be written" },
   { name: "levels", value: (run) => run.levels.length, show: whole, meaning: "levels of detail" },
-  { name: "flicker", value: (run) => run.motion.flicker, show: fixed(3), meaning: "mean FLIP from one frame to the next while the viewer walks round the tree in steps of 2°; hold it against that of the tree itself in the same table" },
-  { name: "popping", value: (run) => run.motion.popping, show: fixed(2), meaning: "the largest step while the viewer moves away, over the median of the steps around it; up to 2 nothing jumps" },
+  { name: "flicker", value: (run) => run.motion.flicker, unit: "× the tree's", show: fixed(2), meaning: "mean FLIP from one frame to the next while the viewer walks round the tree in steps of 2°, over that of the tree itself: 1 flickers as it does" },
+  { name: "popping", value: (run) => run.motion.popping, show: fixed(2), meaning: "the largest step while the viewer moves away, over the median of the steps around it; up to 2 nothing jumps, – where nothing of it changes with distance" },
 ];
 
 function showTables() {
   const heightPx = Number(byId("costs-height").value);
-  const here = rows.filter((row) => row.height_px === heightPx && !row.failed);
-  const least = (column) => Math.min(...here.filter((row) => row.method !== data.truth).map(column.value).filter(number));
+  const here = rows.filter((row) => row.height_px === heightPx);
+  const least = (column) => Math.min(...here.filter((row) => row.method !== data.truth && !row.failed).map(column.value).filter(number));
   const best = errorColumns.slice(1).map((column) => [column, least(column)]);
   const mark = (column, row) => (best.some(([of, value]) => of === column && row.method !== data.truth && of.value(row) === value) ? "good" : null);
   byId("costs-table").replaceChildren(sortable(`Cost where the tree is ${distanceName(heightPx)}`, costColumns, here, 1));

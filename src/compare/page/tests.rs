@@ -1,5 +1,5 @@
 use super::*;
-use crate::compare::{Cell, Cost, Figures, Motion, Plan, Profile, Views};
+use crate::compare::{Cell, Cost, Figures, Plan, Profile, Views};
 
 fn row(method: &str, height_px: f32, flip: f64, texture_bytes: usize) -> Row {
     let error = Figures { flip, ..Figures::default() };
@@ -20,15 +20,11 @@ fn comparison(source: &str, methods: &[(&str, f64, f64, usize)]) -> Comparison {
         method: method.to_owned(),
         name: format!("The {method}"),
         citation: "ours".to_owned(),
-        refused: None,
         parameters: vec![("size_px".to_owned(), "64".to_owned())],
         build_ms: 1.0,
         memory_bytes: bytes,
-        disk_bytes: 0,
-        levels: vec![],
-        motion: Motion::default(),
-        warnings: vec![],
         rows: plan.heights_px.iter().map(|&height_px| row(method, height_px, flip, bytes)).collect(),
+        ..MethodRun::default()
     };
     let mut cells = vec![];
     for &(method, flip, grows, _) in methods {
@@ -36,10 +32,11 @@ fn comparison(source: &str, methods: &[(&str, f64, f64, usize)]) -> Comparison {
             plan.heights_px.iter().flat_map(|&height_px| (0..plan.views.len()).map(move |view| (height_px, view)))
         {
             let error = Figures { flip: flip + grows * f64::from(plan.views[view].elevation_deg) / 90.0, ..Figures::default() };
-            cells.push(Cell { method: method.to_owned(), level: None, view, height_px, sun: 0, error });
+            cells.push(Cell { method: method.to_owned(), level: None, view, height_px, sun: 0, error, failed: None });
         }
     }
-    Comparison { source: source.to_owned(), height_m: 9.0, methods: methods.iter().map(run).collect(), plan, cells }
+    let methods = methods.iter().map(run).collect();
+    Comparison { source: source.to_owned(), height_m: 9.0, budget: Budget::default(), methods, plan, cells }
 }
 
 const METHODS: [(&str, f64, f64, usize); 4] = [

@@ -68,9 +68,11 @@ function showDifference() {
 /** Errors of both from there. */
 function showFigures() {
   const { a, b, elevationDeg, heightPx } = chosen();
-  const of = (method) => elevations.find((entry) => entry.method === method && !entry.level && entry.height_px === heightPx && entry.elevation_deg === elevationDeg);
+  // The pictures of the lowest elevation are those of a photograph's own view, where there is one.
+  const own = (list) => list.some((entry) => entry.elevation_deg === elevationDeg);
+  const of = (method) => (own(photographed) ? photographed : elevations).find((entry) => entry.method === method && !entry.level && entry.height_px === heightPx && entry.elevation_deg === elevationDeg);
   const found = [...new Set([a, b])].map((method) => ({ method, error: of(method)?.error })).filter((row) => row.error);
-  const caption = `Errors from ${elevationDeg}°, mean over azimuths and suns`;
+  const caption = own(photographed) ? "Errors against the photograph, from where it was taken" : `Errors from ${elevationDeg}°, mean over azimuths and suns`;
   byId("viewer-figures").replaceChildren(found.length === 0 ? "" : plainTable(caption, errorColumns, found));
 }
 

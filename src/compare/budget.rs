@@ -1,0 +1,189 @@
+//! How much fits the time: what a plan takes is reckoned from the tree's triangles and the number of methods, never measured, so that the
+//! same command looks at the same pictures on every machine. A plan that would take longer is thinned out, and says so.
+
+use serde::{Deserialize, Serialize};
+
+use super::plan::Plan;
+
+/// What a comparison is expected to take, and what it took.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Budget {
+    /// Seconds that it may take.
+    pub allowed_s: f64,
+    /// Seconds that its plan takes on four cores with the software driver, as reckoned from the tree's triangles.
+    pub planned_s: f64,
+    /// What was left out of the profile to fit, in sentences.
+    pub thinned: Vec<String>,
+    /// Seconds that it took here, with those of earlier runs of the same comparison that came to their end.
+    pub taken_s: f64,
+    /// Most memory that the process has had, megabytes; `None` where the system does not say.
+    pub peak_mb: Option<f64>,
+}
+
+/// Milliseconds on four cores with the software driver (three pictures are taken at once there). Measured on presets of 25,000 to 200,000
+/// triangles with all methods; a method draws about [`SHARE`] of the tree's triangles, the mean of all.
+mod cost {
+    /// Share of the tree's triangles that methods draw, on average.
+    pub const SHARE: f64 = 0.3;
+    /// Of a picture: for itself, for 1,000 triangles (drawn twice: for the sun and for the viewer), for 1,000 pixels with their figures.
+    pub const PICTURE: [f64; 3] = [3.0, 0.2, 0.17];
+    /// Of a picture in motion: the same.
+    pub const FRAME: [f64; 3] = [1.5, 0.2, 0.08];
+    /// Of building a method: for itself, for 1,000 triangles.
+    pub const BUILD: [f64; 2] = [400.0, 11.0];
+    /// Of timing a method once, beyond the time that is asked for: for itself, for 1,000 triangles.
+    pub const TIMING: [f64; 2] = [40.0, 1.5];
+    /// Levels of a method, on average.
+    pub const LEVELS: f64 = 3.0;
+}
+
+/// Seconds that `plan` takes for `methods` of a tree of so many triangles.
+pub fn seconds(plan: &Plan, triangles: usize, methods: usize) -> f64 {
+    let (ktri, methods) = (triangles as f64 / 1e3, methods as f64);
+    // A square picture around the tree and a margin.
+    let kpx = |height_px: f32| (1.3 * f64::from(height_px)).powi(2) / 1e3;
+    let one = |[each, of_ktri, of_kpx]: [f64; 3], ktri: f64, kpx: f64| each + of_ktri * ktri + of_kpx * kpx;
+    let pictures = |ktri: f64, finer: f64| -> f64 {
+        let at = |&height_px: &f32| one(cost::PICTURE, ktri, kpx(height_px) * finer);
+        plan.heights_px.iter().map(at).sum()
+    };
+    let angles = (plan.views.len() * plan.suns.len()) as f64;
+    let firsts = (0..plan.views.len()).filter(|&view| plan.is_first(view)).count() as f64;
+    let ours = cost::SHARE * ktri;
+    let levels = if plan.levels { cost::LEVELS } else { 0.0 };
+    let frames = (plan.motion.orbit_frames + plan.motion.dolly_frames) as f64;
+    let [build, build_ktri] = cost::BUILD;
+    let [timing, timing_ktri] = cost::TIMING;
+    let timings = plan.heights_px.len() as f64 * (1.0 + levels);
+    let truth = angles * pictures(ktri, 4.0) + plan.motion.orbit_frames as f64 * one(cost::FRAME, ktri, 16.0);
+    let method = (angles + levels * firsts) * pictures(ours, 1.0)
+        + frames * one(cost::FRAME, ours, 36.0)
+        + timings * (plan.timing_ms as f64 + timing + timing_ktri * ours)
+        + build
+        + build_ktri * ktri;
+    (truth + methods * method) / 1e3
+}
+
+/// One way to make a plan smaller: what is left out, and whether there was anything.
+type Thinner = fn(&mut Plan) -> Option<String>;
+
+/// What hurts least comes first.
+const THINNERS: [Thinner; 8] =
+    [above_once, half_the_azimuths, no_levels, half_the_motion, one_sun, half_the_azimuths, half_the_heights, half_the_azimuths];
+
+/// `plan` thinned out until it fits `allowed_s`, or nothing more can be left out.
+pub fn fit(mut plan: Plan, triangles: usize, methods: usize, allowed_s: f64) -> (Plan, Budget) {
+    let mut thinned = vec![];
+    for thin in THINNERS {
+        if seconds(&plan, triangles, methods) <= allowed_s {
+            break;
+        }
+        thinned.extend(thin(&mut plan));
+    }
+    let planned_s = seconds(&plan, triangles, methods);
+    (plan, Budget { allowed_s, planned_s, thinned, taken_s: 0.0, peak_mb: None })
+}
+
+fn kept(plan: &mut Plan, keep: impl Fn(&Plan, usize) -> bool) -> usize {
+    let before = plan.views.len();
+    // The photograph's own view is the first, and stays.
+    plan.views = (0..before).filter(|&view| keep(plan, view)).map(|view| plan.views[view]).collect();
+    before - plan.views.len()
+}
+
+fn above_once(plan: &mut Plan) -> Option<String> {
+    let gone = kept(plan, |plan, view| plan.views[view].elevation_deg < 90.0 || plan.is_first(view));
+    (gone > 0).then(|| "from straight above one azimuth: the others turn the same picture".to_owned())
+}
+
+fn half_the_azimuths(plan: &mut Plan) -> Option<String> {
+    let number = |plan: &Plan, view: usize| {
+        let elevation_deg = plan.views[view].elevation_deg;
+        let own = usize::from(plan.photographed.is_some_and(|own| view > own && plan.views[own].elevation_deg == elevation_deg));
+        plan.views[..view].iter().filter(|before| before.elevation_deg == elevation_deg).count() - own
+    };
+    let gone = kept(plan, |plan, view| number(plan, view).is_multiple_of(2));
+    (gone > 0).then(|| format!("every other azimuth: {} views are left", plan.views.len()))
+}
+
+fn no_levels(plan: &mut Plan) -> Option<String> {
+    std::mem::take(&mut plan.levels).then(|| "no level by itself: methods draw those that belong at a distance".to_owned())
+}
+
+fn half_the_motion(plan: &mut Plan) -> Option<String> {
+    let motion = &mut plan.motion;
+    // Steps stay as they are, so that figures mean the same: the walk away begins later.
+    let [first, last] = motion.dolly_px;
+    motion.dolly_px[0] = (first * last).sqrt();
+    motion.dolly_frames /= 2;
+    motion.orbit_frames = motion.orbit_frames.div_ceil(2);
+    let [first, last] = motion.dolly_px;
+    Some(format!("half of the frames in motion: the tree is {first:.0} to {last:.0} px high as one walks away from it"))
+}
+
+fn one_sun(plan: &mut Plan) -> Option<String> {
+    let several = plan.suns.len() > 1;
+    plan.suns.truncate(1);
+    several.then(|| "one sun".to_owned())
+}
+
+fn half_the_heights(plan: &mut Plan) -> Option<String> {
+    let several = plan.heights_px.len() > 2;
+    if several {
+        let last = plan.heights_px.len() - 1;
+        // The farthest stays; the nearest costs most.
+        plan.heights_px = (0..=last).filter(|i| (last - i).is_multiple_of(2)).map(|i| plan.heights_px[i]).collect();
+    }
+    several.then(|| format!("every other distance: {} are left", plan.heights_px.len()))
+}
+
+/// Most memory that this process has had, megabytes.
+pub fn peak_mb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    line.split_whitespace().nth(1)?.parse::<f64>().ok().map(|kib| kib * 1024.0 / 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::{Profile, Views};
+
+    #[test]
+    fn a_plan_that_fits_is_left_alone_and_one_that_does_not_says_what_is_left_out() {
+        let full = Plan::new(Profile::Full, Views::Default, 512);
+        let (same, budget) = fit(full.clone(), 50_000, 15, 1e9);
+        assert!(same == full && budget.thinned.is_empty());
+        let (fitted, budget) = fit(full.clone(), 200_000, 15, 0.5 * seconds(&full, 200_000, 15));
+        assert!(budget.planned_s <= budget.allowed_s && !budget.thinned.is_empty());
+        assert!(fitted.views.iter().filter(|view| view.elevation_deg == 90.0).count() == 1);
+        // Nothing fits nothing; what cannot be left out stays.
+        let (least, budget) = fit(full, 2_000_000, 15, 0.0);
+        assert!(budget.planned_s > 0.0 && least.pictures() >= 5 && least.suns.len() == 1 && least.heights_px.last() == Some(&16.0));
+    }
+
+    #[test]
+    fn the_profiles_of_a_tree_of_20_000_leaves_fit_their_times() {
+        for (profile, allowed_s) in [(Profile::Quick, 90.0), (Profile::Full, 1200.0)] {
+            let plan = Plan::new(profile, Views::Default, 512);
+            let (fitted, budget) = fit(plan, 190_000, 15, allowed_s);
+            assert!(budget.planned_s <= allowed_s, "{budget:?}");
+            assert!(fitted.heights_px.len() >= 3 && fitted.views.len() >= 6, "{budget:?}");
+        }
+    }
+
+    #[test]
+    fn more_of_anything_takes_longer() {
+        let quick = Plan::new(Profile::Quick, Views::Default, 512);
+        let base = seconds(&quick, 100_000, 10);
+        assert!(seconds(&quick, 200_000, 10) > base && seconds(&quick, 100_000, 11) > base);
+        assert!(seconds(&Plan::new(Profile::Full, Views::Default, 512), 100_000, 10) > 5.0 * base);
+    }
+
+    #[test]
+    fn memory_is_told_where_the_system_tells_it() {
+        if cfg!(target_os = "linux") {
+            assert!(peak_mb().is_some_and(|mb| mb > 1.0));
+        }
+    }
+}
