@@ -11,7 +11,7 @@ help: ## this list
 demo: ## build, and turn the sample photograph (or PHOTO=path) into a model
 	@scripts/demo "$(PHOTO)" "$(OUT)/demo"
 
-test: ## all tests, with the checks by OpenCV, scikit-image, Open3D, OpenImageIO, the Khronos validator and three.js
+test: ## all tests, with the checks by OpenCV, scikit-image, Open3D, OpenImageIO, flip-evaluator, the Khronos validator and three.js
 	@scripts/test
 
 test-full: ## the tests, and Blender opens and renders models and baked trees (installs another 0.9 GB)

@@ -28,6 +28,8 @@ def parser() -> argparse.ArgumentParser:
     depth.add_argument("pairs", type=Path, metavar="DIR", help="where cargo test --test depth left its pairs")
     depth.add_argument("--out", type=Path, metavar="DIR", default=Path("results/local/depth"), help="where the render goes")
     depth.add_argument("--binary", type=Path, metavar="PATH", help="the sphereboard program (default: the one in target/)")
+    metrics = commands.add_parser("check-metrics", help="have flip-evaluator, scikit-image and OpenImageIO repeat our metrics")
+    metrics.add_argument("pairs", type=Path, metavar="DIR", help="where cargo test --test metrics left its pairs")
     baking = commands.add_parser("bake-methods", help="bake every method that takes a grown tree, for other programs to draw")
     baking.add_argument("preset", help="of `sphereboard grow --list`; a small one")
     baking.add_argument("--binary", type=Path, metavar="PATH", help="the sphereboard program (default: the one in target/)")
@@ -65,6 +67,10 @@ def main() -> int:
             from sphereboard_tools import check_depth
 
             good = check_depth.run(arguments.model, arguments.pairs, arguments.out, arguments.binary)
+        elif arguments.command == "check-metrics":
+            from sphereboard_tools import check_metrics
+
+            good = check_metrics.run(arguments.pairs)
         elif arguments.command == "bake-methods":
             from sphereboard_tools import check_viewers
 
