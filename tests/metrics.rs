@@ -107,3 +107,26 @@ fn stand_ins_are_left_for_others_to_judge() {
         assert!(found.flip() > 0.0 && found.iou > 0.2, "{test}: {} {}", found.flip(), found.iou);
     }
 }
+
+/// The oak drifts by a pixel a frame; in the other film it pops once and is darker from then on. Left for ColorVideoVDP's own program.
+#[test]
+fn a_film_that_pops_is_left_with_our_quality_of_it() {
+    let oak = metrics::over(&golden("lit.png"), BACKGROUNDS[0]);
+    let frame = |shift: u32| imageops::crop_imm(&oak, shift, 20, 200, 200).to_image();
+    let truth: Vec<_> = (0..16).map(frame).collect();
+    let mut popping: Vec<_> = (0..16).map(|n| frame(if n == 8 { 20 } else { n })).collect();
+    popping[9..].iter_mut().flat_map(|frame| frame.pixels_mut()).for_each(|p| p.0 = p.0.map(|v| (0.9 * f32::from(v)) as u8));
+    let jod = metrics::film_quality_jod(&truth, &popping).unwrap();
+    // What the Python package `cvvdp` 0.5.7 said of these frames on 22 Nov 2026.
+    assert!((jod - 5.496_884).abs() < 1e-4, "{jod}");
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("film");
+    fs::create_dir_all(&folder).unwrap();
+    for (name, film) in [("truth", &truth), ("test", &popping)] {
+        for (number, frame) in film.iter().enumerate() {
+            let bytes = png(&image::DynamicImage::from(frame.clone()).into_rgba8()).unwrap();
+            fs::write(folder.join(format!("{name}_{number:02}.png")), bytes).unwrap();
+        }
+    }
+    fs::write(folder.join("film.json"), json!({ "jod": jod, "frames_per_second": metrics::FRAMES_PER_SECOND }).to_string())
+        .unwrap();
+}
