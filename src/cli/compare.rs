@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
-use crate::compare::{self, Identity, Plan, Profile, Request, Store, TRUTH, Views};
+use crate::compare::{self, Identity, Plan, Profile, Request, Store, TRUTH, Views, papers};
 use crate::gpu::Gpu;
 use crate::model::About;
 use crate::params::ParamValue;
@@ -78,10 +78,30 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     for text in &sources {
         let name = Path::new(text).file_stem().map_or_else(|| "tree".to_owned(), |stem| stem.to_string_lossy().into_owned());
         let folder = if sources.len() == 1 { out.clone() } else { out.join(name) };
+        if params.profile == Profile::Papers {
+            say::out(&text_of(&papers(&mut renderer, &wish, text, &folder)?));
+            continue;
+        }
         let report = one(&mut renderer, &wish, text, &methods, &plan, &params, &folder, matches.get_flag("anew"))?;
         say::out(&text_of(&report));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The papers' figures and tables, redrawn on a tree.
+fn papers(renderer: &mut Renderer, wish: &Wish, text: &str, folder: &Path) -> Result<PathBuf> {
+    let source = wish.source(text)?;
+    let _folder = files::ready_folder(folder)?;
+    let bar = progress_bar(papers::EXHIBITS.len() as u64);
+    let page = wish.captured(|capture| {
+        let request = papers::Request { source: &source, capture, seed: wish.seed, command: &command_line(), folder };
+        papers::run(renderer, &request, &|exhibit| {
+            bar.set_message(exhibit.id);
+            bar.inc(1);
+        })
+    })?;
+    bar.finish_and_clear();
+    Ok(page)
 }
 
 /// The methods asked for, the truth first.

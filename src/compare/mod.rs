@@ -13,6 +13,7 @@ pub mod answer;
 mod cost;
 mod motion;
 pub mod page;
+pub mod papers;
 mod plan;
 mod run;
 mod score;
