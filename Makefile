@@ -3,7 +3,7 @@ PHOTO ?=
 OUT ?= results/local
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-full sheets photos bench fuzz lock clean
+.PHONY: help demo test test-full sheets photos bench scoreboard fuzz lock clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
@@ -29,6 +29,9 @@ photos: ## the sample photographs of grown trees anew, into photos/
 
 bench: ## the benchmarks, into results/<date>-<cores>-core-cpu
 	@scripts/bench
+
+scoreboard: ## every method on three grown trees, into results/scoreboard
+	@scripts/scoreboard
 
 fuzz: ## a minute each of random pictures through decode, segment and model, and of damaged models through import (FUZZ_SECONDS=n for longer)
 	@scripts/fuzz

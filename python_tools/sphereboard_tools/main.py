@@ -44,6 +44,9 @@ def parser() -> argparse.ArgumentParser:
     bench = commands.add_parser("bench-report", help="tables of what `make bench` measured")
     bench.add_argument("criterion", type=Path, help="criterion's folder of results")
     bench.add_argument("out", type=Path, help="where README.md and bench.csv go")
+    board = commands.add_parser("scoreboard", help="one table of several comparisons, for results/scoreboard")
+    board.add_argument("folders", type=Path, nargs="+", metavar="DIR", help="where sphereboard compare wrote")
+    board.add_argument("--out", type=Path, required=True, metavar="DIR", help="where README.md is and scoreboard.csv goes")
     models = commands.add_parser("model-table", help="a table of what `sphereboard model --json` printed")
     models.add_argument("summary", type=Path)
     models.add_argument("out", type=Path, metavar="CSV")
@@ -87,6 +90,10 @@ def main() -> int:
             from sphereboard_tools import bench_report
 
             good = bench_report.run(arguments.criterion, arguments.out)
+        elif arguments.command == "scoreboard":
+            from sphereboard_tools import scoreboard
+
+            good = scoreboard.run(arguments.folders, arguments.out)
         elif arguments.command == "model-table":
             from sphereboard_tools import model_table
 

@@ -41,7 +41,7 @@ pub(super) fn write(bench: &Bench, request: &Request, exhibits: &[Shown]) -> Res
 fn html(data: &Data) -> Result<String> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
-    let drawing = |chart| context! { chart => Value::from(Serde(chart)), svg => Value::from_safe_string(Chart::svg(chart)) };
+    let drawing = |chart: &Chart| context! { chart => Value::from(Serde(chart)), svg => Value::from_safe_string(chart.svg()) };
     let charts = |shown: &Shown| -> Vec<Value> { shown.ours.charts.iter().map(drawing).collect() };
     let drawn: Vec<Vec<Value>> = data.exhibits.iter().map(charts).collect();
     let style = Value::from_safe_string(STYLE.to_owned());
