@@ -13,9 +13,8 @@ use crate::{Error, Result};
 use super::she::framed;
 use super::{Bench, Chart, Curve, Exhibit, Ours, Printed, Table, in_rows};
 
-const PAPER_2003: &str = "Lluch, Camahort & Vivó 2003, Procedural multiresolution for plant and tree rendering (AFRIGRAPH)";
-const PAPER_2004: &str =
-    "Lluch, Camahort & Vivó 2004, An image-based multiresolution model for interactive foliage rendering (WSCG)";
+const PAPER_2003: &str = "Lluch et al. 2003, Procedural multiresolution for plant and tree rendering";
+const PAPER_2004: &str = "Lluch et al. 2004, An image-based multiresolution model for interactive foliage rendering (WSCG)";
 
 /// Lluch04, figure 7.
 pub(super) const FIG_7: Exhibit = Exhibit {
@@ -185,8 +184,8 @@ fn table_1(bench: &mut Bench) -> Result<Ours> {
 pub(super) const FIG_5_7: Exhibit = Exhibit {
     id: "lluch03-fig-5",
     paper: PAPER_2003,
-    figure: "Figures 5 and 7",
-    title: "Levels of a multichain, each at the distance where it is drawn",
+    figure: "Figures 4 to 7",
+    title: "Levels of a multichain, near and at the distance where each is drawn",
     theirs: Printed::words(
         "“Note that the visual structure of the trees is preserved by all four LODs.” The lower row has leaves.",
     ),
@@ -201,6 +200,7 @@ fn fig_5_7(bench: &mut Bench) -> Result<Ours> {
         "Each level held against the whole tree",
         ["level", "seen from, heights", "pixels high", "polygons", "FLIP", "1 − IoU"],
     );
+    let mut far = vec![];
     let (_, whole) = bench.uploaded(TRUTH)?;
     let (built, chain) = bench.uploaded("multichain")?;
     let view = View { azimuth_deg: 20.0, elevation_deg: 5.0 };
@@ -220,9 +220,13 @@ fn fig_5_7(bench: &mut Bench) -> Result<Ours> {
             format!("{:.3}", f.flip),
             format!("{:.3}", f.silhouette),
         ]);
-        let caption = format!("{}, {polygons} polygons, {height_px:.0} px high", level.name);
-        ours.panels.push(framed(bench, &truth, &seen, &format!("lluch5-{number}"), caption)?);
+        let near = bench.look(&chain, view, 320.0, Some(level.distance))?;
+        let whole_near = bench.look(&whole, view, 320.0, None)?;
+        ours.panels.push(framed(bench, &whole_near, &near, &format!("lluch4-{number}"), format!("{}, near", level.name))?);
+        let caption = format!("{height_px:.0} px high, {polygons} polygons");
+        far.push(framed(bench, &truth, &seen, &format!("lluch5-{number}"), caption)?);
     }
+    ours.panels.extend(far);
     ours.tables.push(table);
     Ok(ours)
 }

@@ -134,6 +134,8 @@ pub const EXHIBITS: &[Exhibit] = &[
 struct Shown {
     id: &'static str,
     paper: &'static str,
+    /// Authors and year alone.
+    authors: &'static str,
     figure: &'static str,
     title: &'static str,
     theirs: Printed,
@@ -181,7 +183,8 @@ fn show(exhibit: &Exhibit, bench: &mut Bench) -> Shown {
         Err(why) => (Ours::default(), Some(why.to_string())),
     };
     let Exhibit { id, paper, figure, title, theirs, differs, .. } = *exhibit;
-    Shown { id, paper, figure, title, theirs, ours, failed, differs, seconds: begun.elapsed().as_secs_f64() }
+    let authors = paper.split(", ").next().unwrap_or(paper);
+    Shown { id, paper, authors, figure, title, theirs, ours, failed, differs, seconds: begun.elapsed().as_secs_f64() }
 }
 
 #[cfg(test)]

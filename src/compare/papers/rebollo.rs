@@ -8,7 +8,7 @@ use crate::repr::{Drawn, Settings};
 use super::extraction::{self, Measured};
 use super::{Bench, Chart, Curve, Exhibit, Ours, Printed, Table};
 
-const PAPER: &str = "Rebollo et al. 2007, Hardware-oriented visualisation of trees in levels of detail: LoDF (JCC)";
+const PAPER: &str = "Rebollo et al. 2007, A clustering framework for real-time rendering of tree foliage";
 
 /// Tables I to V.
 pub(super) const TABLES: Exhibit = Exhibit {
@@ -17,8 +17,8 @@ pub(super) const TABLES: Exhibit = Exhibit {
     figure: "Tables I to V",
     title: "What foliage stores, in MB and as a ratio to the original",
     theirs: Printed {
-        words: "All tables in one, by tree; VDF has four trees, LoDF on the device nine. The row of Sorbus in tables IV and V repeats one \
-                size (1.50 MB) in both, which its own ratio contradicts.",
+        words: "All tables in one, by tree; ratios in brackets. Tables IV and V both give Sorbus 1.50 MB and 227 groups, which table III \
+                (1.87 MB, 339 groups) and the ratios contradict.",
         head: &["tree", "leaves", "MB (I)", "VDF MB (II)", "LoDF MB (III, IV)", "groups", "with device MB (V)"],
         rows: &[
             &["Betula Populifolia", "8,140", "0.50", "0.80 (1.62)", "0.61 (1.24)", "119", ""],

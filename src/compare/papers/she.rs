@@ -13,7 +13,7 @@ use crate::repr::{BuiltTree, Settings};
 
 use super::{Bench, Exhibit, Ours, Panel, Printed, Table, one_tree};
 
-const PAPER: &str = "She et al. 2018, A sphere-board tree model from a photograph (ISPRS Int. J. Geo-Inf. 7, 45)";
+const PAPER: &str = "She et al. 2018, “Sphere-board” trees (ISPRS Int. J. Geo-Inf. 7(2), 45)";
 /// The paper's screen.
 const SCREEN_PX: [u32; 2] = [1440, 810];
 /// What it compares, in our words.

@@ -27,7 +27,7 @@ fn what_is_quoted_is_printed() {
         eprintln!("SKIPPED: the papers' texts are not there");
         return;
     };
-    let plain = |text: &str| text.replace([',', '“', '”'], "").split_whitespace().collect::<Vec<_>>().join(" ");
+    let plain = |text: &str| text.replace([',', '“', '”', '*'], "").split_whitespace().collect::<Vec<_>>().join(" ");
     for (begins, file) in [
         ("she", "she-2018-sphere-board.txt"),
         ("truelsen", "truelsen-bonding-2008-slice-impostors.txt"),

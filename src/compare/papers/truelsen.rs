@@ -13,7 +13,8 @@ use crate::repr::{Job, REFERENCE_FOCAL_PX, Scope, Settings};
 use super::she::framed;
 use super::{Bench, Exhibit, Ours, Printed, Table, one_tree};
 
-const PAPER: &str = "Truelsen & Bønding 2008, Procedural trees with slice-based impostors (University of Copenhagen)";
+const PAPER: &str =
+    "Truelsen & Bønding 2008, Visualizing procedurally generated trees in real time using multiple levels of detail (Copenhagen)";
 /// A window of their time.
 const WINDOW_PX: [u32; 2] = [800, 600];
 /// Their own L-system, from appendix C.
@@ -26,7 +27,7 @@ pub(super) const TABLE_1: Exhibit = Exhibit {
     figure: "Table 1",
     title: "Geometry at ages: bones and frame rate",
     theirs: Printed {
-        words: "Of an L-system that is not printed; bones become three times as many with each year.",
+        words: "The thesis does not say of which L-system; each year has about three times as many bones.",
         head: &["age", "bones", "frames/s"],
         rows: &[
             &["0", "2", "275"],
