@@ -13,6 +13,7 @@ use crate::render::{Camera, FOV_Y_RAD, Renderer, Shot, Stand, Tree};
 use crate::repr::{self, BuiltTree, Order, Settings, TreeSource};
 use crate::{Result, files};
 
+use super::extraction::{self, Measured};
 use super::{Panel, Request};
 
 /// The light of all pictures: from the viewer's right, behind him.
@@ -34,6 +35,8 @@ pub struct Bench<'a> {
     pub stage: Stage,
     /// By method and settings.
     built: Vec<(String, Rc<BuiltTree>)>,
+    /// What changes of level cost, which two exhibits show.
+    extracted: Option<Rc<Vec<Measured>>>,
 }
 
 impl<'a> Bench<'a> {
@@ -42,7 +45,7 @@ impl<'a> Bench<'a> {
     /// # Errors
     /// [`EmptyModel`](crate::Error::EmptyModel).
     pub fn new(renderer: &'a mut Renderer, request: &'a Request<'a>) -> Result<Self> {
-        Ok(Self { renderer, request, stage: Stage { bounds: request.source.box_of_all()? }, built: vec![] })
+        Ok(Self { renderer, request, stage: Stage { bounds: request.source.box_of_all()? }, built: vec![], extracted: None })
     }
 
     /// The tree.
@@ -65,7 +68,17 @@ impl<'a> Bench<'a> {
         Ok(built)
     }
 
-    /// That, by the method's own settings, and on the device.
+    /// What changes of level cost; measured once.
+    pub fn extracted(&mut self) -> Rc<Vec<Measured>> {
+        let seed = self.request.seed;
+        let measure = || {
+            let (surface, forest) = extraction::taxus(seed);
+            Rc::new(extraction::extraction(&surface, &forest, 3))
+        };
+        self.extracted.get_or_insert_with(measure).clone()
+    }
+
+    /// What a method makes of the tree by its own settings, and the same on the device.
     ///
     /// # Errors
     /// As [`Bench::built`], and those of [`Renderer::upload_built`].

@@ -128,8 +128,8 @@ pub(super) const TABLE_4: Exhibit = Exhibit {
         ],
     },
     ours: table_4,
-    differs: "Theirs gains a third from the largest to the smallest pictures, for want of texture cache; ours hardly changes, because mip \
-              levels are looked up that are no larger than what is seen. What grows is memory, four times with each step.",
+    differs: "In both, frames gain far less than pictures shrink: from the largest to the smallest theirs gain a third. What \
+              the size decides is memory, four times as much with each step, and how near one may go.",
 };
 
 fn table_4(bench: &mut Bench) -> Result<Ours> {
