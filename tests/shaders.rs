@@ -129,8 +129,11 @@ fn rust_structs() -> Vec<Layout> {
             backward,
             layer,
             heights,
+            haze,
+            level_eye,
             pad,
         }),
+        rust_struct!(Placed { position, turn_and_scale }),
         rust_struct!(CaptureView { clip_from_object, far_m, deep_m, pad }),
         rust_struct!(GrowthFrame {
             size_px,

@@ -23,7 +23,11 @@ struct Frame {
     layer: f32,
     // What is d metres away is x + y · d, in metres as in the picture for which distances are told (repr::REFERENCE_FOCAL_PX).
     heights: vec2f,
-    pad: vec2f,
+    // x: metres over which the air takes two thirds of what it ever takes of what is behind it; y: the share that this is at most.
+    haze: vec2f,
+    // From where distances are told by which levels of detail are chosen.
+    level_eye: vec3f,
+    pad: f32,
 }
 
 // Values of shading.

@@ -1,13 +1,6 @@
 // The sky, and the air between: analytic, ours, after what a clear day's photographs show.
 #import shared/frame
 
-// Distance over which the air takes two thirds of what it ever takes of what is behind it, metres. It takes little of what is near:
-// pictures of single trees are clear, and what lies far off runs into the horizon.
-const HAZE_M: f32 = 700.0;
-
-// What it takes at most.
-const HAZE_MOST: f32 = 0.72;
-
 // The sky's colour along a unit ray; below the horizon the horizon's.
 fn sky(ray: vec3f) -> vec3f {
     let sun = frame.toward_sun;
@@ -30,6 +23,6 @@ fn through_air(color: vec3f, from_m: vec3f, to_m: vec3f) -> vec3f {
     let way = to_m - from_m;
     let far_m = length(way);
     let ray = way / max(far_m, 1e-6);
-    let taken = HAZE_MOST * (1.0 - exp(-pow(far_m / HAZE_M, 1.5)));
+    let taken = frame.haze.y * (1.0 - exp(-pow(far_m / frame.haze.x, 1.5)));
     return mix(color, sky(normalize(vec3f(ray.x, 1e-4, ray.z))), taken);
 }

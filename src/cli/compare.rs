@@ -180,7 +180,7 @@ fn one(
 }
 
 /// The command line as it can be typed again.
-fn command_line() -> String {
+pub fn command_line() -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./,:=+@%".contains(c);
     let quoted = |word: String| match word {
         word if !word.is_empty() && word.chars().all(plain) => word,

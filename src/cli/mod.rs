@@ -6,6 +6,7 @@ mod bake;
 mod batch;
 mod compare;
 mod doctor;
+mod grove;
 mod grow;
 mod hints;
 mod inspect;
@@ -47,6 +48,7 @@ pub fn run() -> ExitCode {
     let outcome = match matches.subcommand() {
         Some(("bake", m)) => bake::run(m),
         Some(("compare", m)) => compare::run(m),
+        Some(("grove", m)) => grove::run(m),
         Some(("doctor", m)) => doctor::run(m),
         Some(("methods", m)) => methods::run(m),
         Some(("model", m)) => model::run(m),
@@ -91,6 +93,7 @@ fn command() -> Command {
         .subcommand(methods::command())
         .subcommand(bake::command())
         .subcommand(compare::command())
+        .subcommand(grove::command())
         .subcommand(doctor::command())
         .subcommand(grow::command())
         .subcommand(inspect::command())

@@ -68,6 +68,14 @@ impl Camera {
         }
     }
 
+    /// From a point towards another, upright; `fov_y_rad` from the bottom to the top of the picture.
+    pub fn looking(eye: Vec3, target: Vec3, fov_y_rad: f32) -> Self {
+        let backward = (eye - target).normalize_or(Vec3::Z);
+        let right = Vec3::Y.cross(backward).normalize_or(Vec3::X);
+        let projection = Projection::Perspective { fov_y_rad, near_m: 0.25 };
+        Self { eye, axes: [right, backward.cross(right), backward], projection }
+    }
+
     /// The distance from `target` at which all of `points` just fit, with a margin of 4 %, into a picture of this width over height.
     pub fn fitting_distance_m(points: &[Vec3], target: Vec3, azimuth_rad: f32, elevation_rad: f32, aspect: f32) -> f32 {
         let [right, up, backward] = Self::orbit(target, azimuth_rad, elevation_rad, 1.0).axes;

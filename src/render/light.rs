@@ -14,6 +14,10 @@ crate::params! {
         shadow_map_px: PowerOfTwo = PowerOfTwo(1024), in 256..=8192, unit "px", source "ours: 2 cm a texel on a tree of 15 m; twice as many cost three times as much time";
         /// Trees cast shadows up to this far from the viewer.
         shadow_range_m: f64 = 150.0, in 10.0..=2000.0, unit "m", source "ours: beyond, crowns hide the ground between them";
+        /// How far off the air has taken two thirds of what it ever takes of what is behind it.
+        haze_m: f64 = 700.0, in 1.0..=1000000.0, unit "m", source "ours: single trees are clear, and what lies far off runs into the horizon";
+        /// The share of it that the air takes at most: less than 1 is a clear day, 1 is fog.
+        haze_most: f64 = 0.72, in 0.0..=1.0, unit "", source "ours: ridges stay to be seen";
     }
 }
 

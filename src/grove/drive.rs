@@ -1,0 +1,214 @@
+//! Driving through a grove: a scene on the device, and frame after frame along its path, each timed until the device has finished it.
+
+use std::time::Instant;
+
+use glam::Vec3;
+
+use super::path::Look;
+use super::scene::Scene;
+use super::stock::Stock;
+use crate::Result;
+use crate::gpu::layout::Placed;
+use crate::render::{
+    Background, Camera, Counted, Crowd, CullParams, LevelViewer, LightParams, Picture, Renderer, Shot, Terrain, WindParams, World,
+};
+use crate::repr::Level;
+
+crate::params! {
+    /// How levels of detail follow the camera.
+    pub struct FollowParams {
+        /// The point from which distances are told follows the camera once it is farther away: to and fro within changes no level.
+        slack_m: f64 = 1.0, in 0.0..=100.0, unit "m", source "ours: hysteresis";
+        /// At that speed of the camera everything counts as twice as far away; 0 for never.
+        haste_m_s: f64 = 60.0, in 0.0..=10_000.0, unit "m/s", source "Truelsen §9.2: high speed requires lower details; the speed is ours";
+    }
+}
+
+/// A scene on the device.
+#[derive(Debug)]
+pub struct Grove {
+    crowd: Crowd,
+    ground: Terrain,
+    /// Levels of each species, and which of its groups are seen wholly at each.
+    levels: Vec<Vec<(Level, Vec<usize>)>>,
+}
+
+impl Grove {
+    /// Puts a scene onto the device: its ground, `stock` once for each species, and where each tree stands.
+    ///
+    /// # Errors
+    /// [`Error::Device`](crate::Error::Device) when it does not fit.
+    pub fn plant(renderer: &Renderer, scene: &Scene, stock: &[Stock]) -> Result<Self> {
+        let trees = stock.iter().map(|stock| renderer.upload_built(&stock.built)).collect::<Result<Vec<_>>>()?;
+        let levels = trees.iter().zip(stock).map(|(tree, stock)| {
+            let of_level = |level: &Level| {
+                let there = |(_, seen): &(usize, &crate::repr::Seen)| seen.share_at(level.distance) >= 1.0;
+                (level.clone(), tree.groups().iter().enumerate().filter(there).map(|(group, _)| group).collect())
+            };
+            stock.built.levels.iter().map(of_level).collect()
+        });
+        let levels = levels.collect();
+        let place =
+            |planted: &super::Planted| (planted.species, Placed::new(planted.position.to_array(), planted.yaw_rad, planted.scale));
+        let placed: Vec<_> = scene.planted.iter().map(place).collect();
+        Ok(Self { crowd: renderer.plant(trees, &placed)?, ground: renderer.upload_ground(&scene.ground)?, levels })
+    }
+
+    /// All trees.
+    pub fn crowd(&self) -> &Crowd {
+        &self.crowd
+    }
+
+    /// How many trees the last frame showed at each level of each species: those in the group of it of which most are seen.
+    pub fn shown(&self) -> Vec<Vec<usize>> {
+        let of_species = |(species, levels): (usize, &Vec<(Level, Vec<usize>)>)| {
+            let shown = self.crowd.shown(species);
+            levels.iter().map(|(_, groups)| groups.iter().map(|group| shown[*group]).max().unwrap_or(0)).collect()
+        };
+        self.levels.iter().enumerate().map(of_species).collect()
+    }
+
+    /// Names of the levels of each species.
+    pub fn levels(&self) -> Vec<Vec<&str>> {
+        self.levels.iter().map(|levels| levels.iter().map(|(level, _)| level.name.as_str()).collect()).collect()
+    }
+
+    /// What a frame draws.
+    pub fn world<'a>(&'a mut self, cull: &CullParams, frozen: Option<Camera>) -> World<'a> {
+        World { stands: &[], crowd: Some(&mut self.crowd), ground: Some(&self.ground), cull: cull.clone(), frozen }
+    }
+}
+
+/// The point from which distances are told: it trails the camera.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Trail {
+    eye: Option<Vec3>,
+    camera: Option<(f32, Vec3)>,
+}
+
+impl Trail {
+    /// Who stands for the camera now; `time_s` rises from call to call.
+    pub fn follow(&mut self, camera: Vec3, time_s: f32, params: &FollowParams) -> LevelViewer {
+        let slack = params.slack_m as f32;
+        let eye = match self.eye {
+            Some(eye) if eye.distance(camera) > slack => camera + slack * (eye - camera).normalize_or_zero(),
+            Some(eye) => eye,
+            None => camera,
+        };
+        let speed =
+            self.camera.filter(|(before, _)| time_s > *before).map_or(0.0, |(before, at)| at.distance(camera) / (time_s - before));
+        (self.eye, self.camera) = (Some(eye), Some((time_s, camera)));
+        let haste = params.haste_m_s as f32;
+        LevelViewer { eye, farther: if haste > 0.0 { 1.0 + speed / haste } else { 1.0 } }
+    }
+}
+
+/// One frame that was drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// On the path, seconds.
+    pub time_s: f32,
+    /// Until the device had finished it, milliseconds.
+    pub ms: f64,
+    /// Of those, before anything was given to the device: culling and growth's tables.
+    pub cpu_ms: f64,
+    /// Milliseconds of each pass.
+    pub passes: Vec<(&'static str, f64)>,
+    /// Of trees.
+    pub counted: Counted,
+    /// Trees in the picture.
+    pub trees: usize,
+    /// Of them, those whose outlines grow or whose foliage is drawn by itself.
+    pub near: usize,
+    /// At each level of each species.
+    pub shown: Vec<Vec<usize>>,
+    /// Sent to the device.
+    pub uploaded_bytes: u64,
+}
+
+/// The picture of a scene from a place on its path.
+pub fn shot(scene: &Scene, look: Look, time_s: f32, viewer: LevelViewer, number: u32) -> Shot {
+    let (stage, camera) = (&scene.file.stage, &scene.file.camera);
+    let fov_y_rad = (camera.camera_angle_deg as f32).to_radians();
+    let (azimuth, elevation) = (stage.sun_azimuth_deg.to_radians() as f32, stage.sun_elevation_deg.to_radians() as f32);
+    let (level, up) = (elevation.cos(), elevation.sin());
+    let clear = LightParams::default();
+    // Half is taken where the exponent is ln 2.
+    let fog =
+        |half_m: f64| LightParams { haze_m: half_m / std::f64::consts::LN_2.powf(2.0 / 3.0), haze_most: 1.0, ..clear.clone() };
+    Shot {
+        stage: stage.stage,
+        background: Background::Sky,
+        toward_sun: Vec3::new(level * azimuth.sin(), up, level * azimuth.cos()),
+        light: if stage.fog_half_m > 0.0 { fog(stage.fog_half_m) } else { clear.clone() },
+        wind: WindParams { wind: stage.wind_m_s, time: f64::from(time_s), ..WindParams::default() },
+        level_viewer: Some(viewer),
+        frame: number,
+        ..Shot::new(Camera::looking(look.eye, look.target, fov_y_rad), scene.file.size_px)
+    }
+}
+
+/// Frames that are drawn before the first that counts: pipelines are made, buffers grow.
+const WARM_UP: u32 = 3;
+
+/// Drives along the whole path in the scene's number of frames; `told` hears of each, and says whether to go on.
+///
+/// # Errors
+/// Those of [`Renderer::frame`]; frames before stay with whom they were told.
+pub fn drive(
+    renderer: &mut Renderer,
+    grove: &mut Grove,
+    scene: &Scene,
+    (cull, follow): (&CullParams, &FollowParams),
+    told: &mut dyn FnMut(u32, Frame) -> bool,
+) -> Result<()> {
+    let frames = scene.file.frames;
+    let step_s = scene.path.length_s() / frames.saturating_sub(1).max(1) as f32;
+    let mut trail = Trail::default();
+    for number in 0..frames + WARM_UP {
+        let at = number.saturating_sub(WARM_UP);
+        let time_s = at as f32 * step_s;
+        let look = scene.path.at(time_s);
+        let shot = shot(scene, look, time_s, trail.follow(look.eye, time_s, follow), at);
+        let begun = Instant::now();
+        let passes = renderer.timed(&shot, grove.world(cull, None))?;
+        let ms = begun.elapsed().as_secs_f64() * 1e3;
+        let frame = Frame {
+            time_s,
+            ms,
+            cpu_ms: renderer.prepared_ms(),
+            passes,
+            counted: renderer.counted(),
+            trees: grove.crowd.trees_seen(),
+            near: grove.crowd.trees_near(),
+            shown: grove.shown(),
+            uploaded_bytes: renderer.uploaded_bytes(),
+        };
+        if number >= WARM_UP && !told(at, frame) {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// The picture of one frame of the path.
+///
+/// # Errors
+/// Those of [`Renderer::picture`].
+pub fn picture(
+    renderer: &mut Renderer,
+    grove: &mut Grove,
+    scene: &Scene,
+    (cull, follow): (&CullParams, &FollowParams),
+    number: u32,
+) -> Result<Picture> {
+    let step_s = scene.path.length_s() / scene.file.frames.saturating_sub(1).max(1) as f32;
+    let mut trail = Trail::default();
+    let mut viewer = LevelViewer { eye: Vec3::ZERO, farther: 1.0 };
+    // Where the trail is depends on the whole way.
+    for at in 0..=number {
+        viewer = trail.follow(scene.path.at(at as f32 * step_s).eye, at as f32 * step_s, follow);
+    }
+    let time_s = number as f32 * step_s;
+    renderer.picture(&shot(scene, scene.path.at(time_s), time_s, viewer, number), grove.world(cull, None))
+}
