@@ -3,7 +3,7 @@ PHOTO ?=
 OUT ?= results/local
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-full sheets photos bench fuzz lock clean
+.PHONY: help demo test test-full sheets photos bench scoreboard fuzz lock clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
@@ -11,7 +11,7 @@ help: ## this list
 demo: ## build, and turn the sample photograph (or PHOTO=path) into a model
 	@scripts/demo "$(PHOTO)" "$(OUT)/demo"
 
-test: ## all tests, with the checks by OpenCV, scikit-image, Open3D, OpenImageIO, the Khronos validator and three.js
+test: ## all tests, with the checks by OpenCV, scikit-image, Open3D, OpenImageIO, flip-evaluator, the Khronos validator and three.js
 	@scripts/test
 
 test-full: ## the tests, and Blender opens and renders models and baked trees (installs another 0.9 GB)
@@ -29,6 +29,9 @@ photos: ## the sample photographs of grown trees anew, into photos/
 
 bench: ## the benchmarks, into results/<date>-<cores>-core-cpu
 	@scripts/bench
+
+scoreboard: ## every method on three grown trees, into results/scoreboard
+	@scripts/scoreboard
 
 fuzz: ## a minute each of random pictures through decode, segment and model, and of damaged models through import (FUZZ_SECONDS=n for longer)
 	@scripts/fuzz

@@ -11,6 +11,7 @@
 
 use std::fmt::Write as _;
 
+use sphereboard::compare::papers::box_polygons;
 use sphereboard::plant::presets::preset;
 use sphereboard::repr::grid_slices::tables;
 use sphereboard::repr::{self, BuiltTree, Job, METHODS, Order, Scope, Settings, SoftwareCapture, Stats, TreeSource};
@@ -78,11 +79,7 @@ fn boxes(oak: &TreeSource, text: &mut String) -> Result<()> {
     for arrangement in ["axes", "volume", "diagonal"] {
         let settings = Settings::default().with("arrangement", arrangement);
         let built = built("box-hierarchy", oak, &settings)?;
-        let foliage_polygons = |distance: f32| {
-            let cards = built.parts_at(distance).filter(|part| part.part.material.normal_texture.is_some());
-            cards.map(|part| part.part.surface.mesh.polygon_count()).sum::<usize>()
-        };
-        let polygons: Vec<String> = built.levels.iter().map(|level| foliage_polygons(level.distance).to_string()).collect();
+        let polygons: Vec<String> = built.levels.iter().map(|level| box_polygons(&built, level.distance).to_string()).collect();
         let order = Order { method: "box-hierarchy", trunk: None, settings: &settings, seed: SEED };
         let (stream, _) = repr::box_hierarchy::stream(&order, oak, &SoftwareCapture::new())?;
         let colors = stream.color_bytes();

@@ -14,6 +14,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 use sphereboard::Seed;
+use sphereboard::compare::papers::{in_rows, one_tree};
 use sphereboard::gpu::layout::Instance;
 use sphereboard::gpu::{AdapterChoice, Gpu};
 use sphereboard::model::TreeModel;
@@ -58,7 +59,8 @@ fn main() -> sphereboard::Result<()> {
     let mut renderer = Renderer::new(gpu)?;
     let model = modelled()?;
     let tree = renderer.upload(&model.parts())?.growing(model.about.growth);
-    let rows: Vec<Vec<Instance>> = [1, 10, 100, 540].into_iter().map(|count| in_rows(&tree, count)).collect();
+    let height_m = tree.bounds().expect("a tree of something").size().y;
+    let rows: Vec<Vec<Instance>> = [1, 10, 100, 540].into_iter().map(|count| in_rows(height_m, count)).collect();
     let mut measured = measure(&mut renderer, &fig_16(&tree, &rows[0]))?;
     for instances in &rows {
         measured.extend(measure(&mut renderer, &reshaped(&tree, instances))?);
@@ -76,28 +78,9 @@ fn modelled() -> sphereboard::Result<TreeModel> {
     Ok(pipeline::run(&request, &|_| ())?.model)
 }
 
-/// So many trees in rows, about twice as many across as deep, a tree's height apart.
-fn in_rows(tree: &Tree, count: usize) -> Vec<Instance> {
-    let step_m = tree.bounds().expect("a tree of something").size().y;
-    let across = ((2 * count) as f32).sqrt().round().max(1.0) as usize;
-    let middle = |n: usize| 0.5 * (n - 1) as f32;
-    let place = |i: usize| {
-        let (x, z) = ((i % across) as f32 - middle(across), middle(count.div_ceil(across)) - (i / across) as f32);
-        Instance { position: [x * step_m, 0.0, z * step_m], ..Instance::IDENTITY }
-    };
-    (0..count).map(place).collect()
-}
-
-/// A tree as in the paper's figure: nearly as tall as the picture.
-fn one_tree(tree: &Tree) -> Shot {
-    let bounds = tree.bounds().expect("a tree of something");
-    let distance_m = 1.15 * 0.5 * bounds.size().y / (0.5 * FOV_Y_RAD).tan() + 0.5 * bounds.size().z;
-    Shot::new(Camera::orbit(bounds.center(), 0.35, 0.08, distance_m), SIZE_PX)
-}
-
 fn fig_16<'a>(tree: &'a Tree, instances: &'a [Instance]) -> Scene<'a> {
     let stages = [Stage::Unshaped, Stage::Reshaped, Stage::Antialiased, Stage::Lit];
-    let shots = stages.map(|stage| (stage.show(), Shot { stage, ..one_tree(tree) }));
+    let shots = stages.map(|stage| (stage.show(), Shot { stage, ..one_tree(tree, SIZE_PX) }));
     Scene { name: "one tree".to_owned(), stands: vec![Stand { tree, instances }], shots: shots.into() }
 }
 
@@ -161,7 +144,7 @@ fn growth_share(renderer: &mut Renderer, tree: &Tree, instances: &[Instance]) ->
     let frames = stages.into_iter().flat_map(|stage| [(stage, Background::Sky), (stage, Background::Black)]);
     frames
         .map(|(stage, background)| {
-            let with = Shot { stage, background, ..one_tree(tree) };
+            let with = Shot { stage, background, ..one_tree(tree, SIZE_PX) };
             let without = Shot { growth: none.clone(), ..with.clone() };
             let mut times = [vec![], vec![]];
             for run in 0..WARM + 2 * RUNS {

@@ -28,6 +28,8 @@ def parser() -> argparse.ArgumentParser:
     depth.add_argument("pairs", type=Path, metavar="DIR", help="where cargo test --test depth left its pairs")
     depth.add_argument("--out", type=Path, metavar="DIR", default=Path("results/local/depth"), help="where the render goes")
     depth.add_argument("--binary", type=Path, metavar="PATH", help="the sphereboard program (default: the one in target/)")
+    metrics = commands.add_parser("check-metrics", help="have flip-evaluator, scikit-image and OpenImageIO repeat our metrics")
+    metrics.add_argument("pairs", type=Path, metavar="DIR", help="where cargo test --test metrics left its pairs")
     baking = commands.add_parser("bake-methods", help="bake every method that takes a grown tree, for other programs to draw")
     baking.add_argument("preset", help="of `sphereboard grow --list`; a small one")
     baking.add_argument("--binary", type=Path, metavar="PATH", help="the sphereboard program (default: the one in target/)")
@@ -42,6 +44,9 @@ def parser() -> argparse.ArgumentParser:
     bench = commands.add_parser("bench-report", help="tables of what `make bench` measured")
     bench.add_argument("criterion", type=Path, help="criterion's folder of results")
     bench.add_argument("out", type=Path, help="where README.md and bench.csv go")
+    board = commands.add_parser("scoreboard", help="one table of several comparisons, for results/scoreboard")
+    board.add_argument("folders", type=Path, nargs="+", metavar="DIR", help="where sphereboard compare wrote")
+    board.add_argument("--out", type=Path, required=True, metavar="DIR", help="where README.md is and scoreboard.csv goes")
     models = commands.add_parser("model-table", help="a table of what `sphereboard model --json` printed")
     models.add_argument("summary", type=Path)
     models.add_argument("out", type=Path, metavar="CSV")
@@ -65,6 +70,10 @@ def main() -> int:
             from sphereboard_tools import check_depth
 
             good = check_depth.run(arguments.model, arguments.pairs, arguments.out, arguments.binary)
+        elif arguments.command == "check-metrics":
+            from sphereboard_tools import check_metrics
+
+            good = check_metrics.run(arguments.pairs)
         elif arguments.command == "bake-methods":
             from sphereboard_tools import check_viewers
 
@@ -81,6 +90,10 @@ def main() -> int:
             from sphereboard_tools import bench_report
 
             good = bench_report.run(arguments.criterion, arguments.out)
+        elif arguments.command == "scoreboard":
+            from sphereboard_tools import scoreboard
+
+            good = scoreboard.run(arguments.folders, arguments.out)
         elif arguments.command == "model-table":
             from sphereboard_tools import model_table
 

@@ -8,7 +8,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use crate::compare::answer::Chain;
 use crate::compare::photograph::{self, Photograph};
-use crate::compare::{self, Contender, Identity, Plan, Profile, Request, Store, TRUTH, Views, Workshop};
+use crate::compare::{self, Contender, Identity, Plan, Profile, Request, Store, TRUTH, Views, Workshop, papers};
 use crate::gpu::{AdapterChoice, Gpu};
 use crate::model::About;
 use crate::params::ParamValue;
@@ -144,6 +144,9 @@ impl Wanted {
 
     /// Compares what stands for one tree; gives where the page is.
     fn compare(&self, renderers: &mut [Renderer], text: &str, folder: &Path) -> Result<PathBuf> {
+        if self.params.profile == Profile::Papers {
+            return papers(&mut renderers[0], &self.wish, text, folder);
+        }
         let (source, photograph, digest) = self.open(text)?;
         let allowed_s = match (self.params.time_budget_s, self.params.profile) {
             (0, Profile::Quick) => 90.0,
@@ -269,6 +272,22 @@ fn planned(text: &str, plan: &Plan, budget: &compare::Budget) -> String {
     let thinned = if budget.thinned.is_empty() { String::new() } else { format!("; left out: {}", budget.thinned.join("; ")) };
     let over = if budget.planned_s > budget.allowed_s { ", which nothing more can be left out for" } else { "" };
     format!("{text}: {views}, reckoned to take {:.0} s of {:.0} s{over}{thinned}", budget.planned_s, budget.allowed_s)
+}
+
+/// The papers' figures and tables, redrawn on a tree.
+fn papers(renderer: &mut Renderer, wish: &Wish, text: &str, folder: &Path) -> Result<PathBuf> {
+    let source = wish.source(text)?;
+    let _folder = files::ready_folder(folder)?;
+    let bar = progress_bar(papers::EXHIBITS.len() as u64);
+    let page = wish.captured(|capture| {
+        let request = papers::Request { source: &source, capture, seed: wish.seed, command: &command_line(), folder };
+        papers::run(renderer, &request, &|exhibit| {
+            bar.set_message(exhibit.id);
+            bar.inc(1);
+        })
+    })?;
+    bar.finish_and_clear();
+    Ok(page)
 }
 
 /// The methods asked for, the truth first.

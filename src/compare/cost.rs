@@ -94,7 +94,7 @@ pub(super) fn overdraw(built: &BuiltTree, distance: f32, camera: &Camera, side_p
 }
 
 /// Passes whose time trees are to blame for; backdrop and composite cost what they cost without any.
-const TREE_PASSES: [&str; 3] = ["shadow map", "trees", "growth"];
+pub(super) const TREE_PASSES: [&str; 3] = ["shadow map", "trees", "growth"];
 
 fn timed_shot(stage: &Stage, height_px: f32) -> Shot {
     let (camera, _) = stage.camera(TIMED_FROM, height_px);

@@ -18,6 +18,7 @@ mod contender;
 mod cost;
 mod motion;
 pub mod page;
+pub mod papers;
 pub mod photograph;
 mod pictures;
 mod plan;

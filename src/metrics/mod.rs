@@ -5,6 +5,7 @@
 //! * [`silhouette_iou`], [`hausdorff_px`], [`covered_area_error`]: how far two outlines cover the same pixels;
 //! * [`mean_color_difference`]: how far their tones are apart;
 //! * [`depth_rms_m`]: how far what is seen lies apart in depth;
+//! * [`film_quality_jod`]: how much worse a film looks, flicker and jumps included (Mantiuk et al. 2024);
 //! * [`difference`]: the plain figures of OpenImageIO's `idiff`, for any samples, depth among them.
 //!
 //! Pictures of two sizes are an error, never scaled. Transparent pictures are laid over something first: see [`over`].
@@ -16,6 +17,7 @@ mod outline;
 mod silhouette;
 mod structure;
 mod tone;
+mod video;
 
 use image::{RgbImage, RgbaImage};
 
@@ -26,6 +28,7 @@ pub use outline::{covered_area_error, hausdorff_px};
 pub use silhouette::{silhouette, silhouette_iou};
 pub use structure::ssim;
 pub use tone::mean_color_difference;
+pub use video::{FRAMES_PER_SECOND, film_quality_jod};
 
 use crate::{Error, Result};
 

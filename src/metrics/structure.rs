@@ -6,7 +6,8 @@ use image_compare::Algorithm;
 use super::comparable;
 use crate::{Error, Result};
 
-/// Mean SSIM of the luma of two sRGB pictures over windows of 8 × 8 pixels: 1 for the same, about 0 for unlike ones.
+/// Mean SSIM of the luma of two sRGB pictures over windows of 8 × 8 pixels: 1 for the same, about 0 for unlike ones. The crate sums squares
+/// over a window where Wang takes their mean, so that flat windows are judged more harshly; `python_tools` holds both definitions.
 ///
 /// # Errors
 /// [`Error::UnlikeSizes`].

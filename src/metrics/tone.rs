@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use image::RgbaImage;
 
-use crate::raster::{color_difference, to_linear, to_srgb};
+use crate::raster::{color_difference, encoded, to_linear};
 
 /// CIEDE2000 between the mean colours of what is there in each picture: averaged in linear light, weighted by alpha. `None` where nothing is
 /// in one of them.
@@ -11,7 +11,7 @@ pub fn mean_color_difference(a: &RgbaImage, b: &RgbaImage) -> Option<f64> {
     Some(color_difference(mean(a)?, mean(b)?))
 }
 
-/// Encoded sRGB.
+/// Encoded sRGB, 0 to 255, not rounded: a byte's step would be as much as half a unit of the difference.
 fn mean(picture: &RgbaImage) -> Option<Vec3> {
     let mut sum = glam::DVec4::ZERO;
     for p in picture.pixels().filter(|p| p.0[3] > 0) {
@@ -19,7 +19,7 @@ fn mean(picture: &RgbaImage) -> Option<Vec3> {
         let [r, g, b] = [p.0[0], p.0[1], p.0[2]].map(|v| f64::from(to_linear(v)));
         sum += (alpha * DVec3::new(r, g, b)).extend(alpha);
     }
-    (sum.w > 0.0).then(|| Vec3::from((sum.truncate() / sum.w).to_array().map(|v| f32::from(to_srgb(v as f32)))))
+    (sum.w > 0.0).then(|| Vec3::from((sum.truncate() / sum.w).to_array().map(|v| 255.0 * encoded(v as f32))))
 }
 
 #[cfg(test)]

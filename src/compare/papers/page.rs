@@ -1,0 +1,54 @@
+//! The page of exhibits: `papers.html`, which needs no script and nothing but itself and the pictures beside it, and `papers.json`.
+
+use std::path::PathBuf;
+
+use minijinja::value::Serde;
+use minijinja::{AutoEscape, Environment, Value, context};
+use serde::Serialize;
+
+use crate::model::About;
+use crate::{Error, Result, files};
+
+use super::{Bench, Chart, Request, Shown};
+
+const TEMPLATE: &str = include_str!("papers.html");
+/// That of the report, and what only this page has.
+const STYLE: &str = concat!(include_str!("../page/style.css"), include_str!("papers.css"));
+
+/// What `papers.json` holds.
+#[derive(Serialize)]
+struct Data<'a> {
+    program: String,
+    source: &'a str,
+    seed: u64,
+    adapter: String,
+    command: &'a str,
+    exhibits: &'a [Shown],
+}
+
+/// Writes both; gives where the page is.
+pub(super) fn write(bench: &Bench, request: &Request, exhibits: &[Shown]) -> Result<PathBuf> {
+    let info = &bench.renderer.gpu.info;
+    let adapter = format!("{}, {} {}", info.name, info.driver, info.driver_info);
+    let (program, source) = (About::this_program(), bench.source().name());
+    let data = Data { program, source, seed: request.seed.0, adapter, command: request.command, exhibits };
+    let page = request.folder.join("papers.html");
+    let json = serde_json::to_string_pretty(&data).map_err(internal)?;
+    files::write_all(&[(request.folder.join("papers.json"), json.into_bytes()), (page.clone(), html(&data)?.into_bytes())])?;
+    Ok(page)
+}
+
+fn html(data: &Data) -> Result<String> {
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    let drawing = |chart: &Chart| context! { chart => Value::from(Serde(chart)), svg => Value::from_safe_string(chart.svg()) };
+    let charts = |shown: &Shown| -> Vec<Value> { shown.ours.charts.iter().map(drawing).collect() };
+    let drawn: Vec<Vec<Value>> = data.exhibits.iter().map(charts).collect();
+    let style = Value::from_safe_string(STYLE.to_owned());
+    let data = Value::from(Serde(data));
+    environment.render_str(TEMPLATE, context! { data, drawn, style }).map_err(internal)
+}
+
+fn internal(cause: impl std::fmt::Display) -> Error {
+    Error::Internal { stage: "compare::papers", what: cause.to_string() }
+}
