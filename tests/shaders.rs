@@ -131,7 +131,7 @@ fn rust_structs() -> Vec<Layout> {
             heights,
             haze,
             level_eye,
-            pad,
+            sun_level_m,
         }),
         rust_struct!(Placed { position, turn_and_scale }),
         rust_struct!(CaptureView { clip_from_object, far_m, deep_m, pad }),

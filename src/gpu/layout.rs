@@ -90,8 +90,8 @@ pub struct Frame {
     pub haze: [f32; 2],
     /// From where distances are told by which levels of detail are chosen, metres.
     pub level_eye: [f32; 3],
-    /// Unused: keeps the size a multiple of 16.
-    pub pad: f32,
+    /// The sun chooses levels as for trees so many metres away in that picture; 0: as the viewer does.
+    pub sun_level_m: f32,
 }
 
 impl Frame {
