@@ -11,6 +11,7 @@
 //! any number of times. Each kind of part has its `drawer`.
 
 mod backdrop;
+mod bound;
 mod camera;
 mod capture;
 mod composite;
@@ -33,6 +34,7 @@ mod present;
 mod scene;
 mod screen;
 mod shadow;
+mod smoothing;
 mod targets;
 mod terrain;
 mod tiles;
@@ -202,7 +204,7 @@ pub struct Picture {
     pub depth_m: Vec<f32>,
 }
 
-/// Most pixels of a picture: its targets and the buffers of growth take about 40 bytes a pixel, and reading it back 8.
+/// Most pixels of a picture: its targets and the buffers of growth and smoothing take about 65 bytes a pixel, and reading it back 8.
 const MAX_PIXELS: u64 = 16 << 20;
 
 /// Draws frames. Owns the device and every pipeline.
