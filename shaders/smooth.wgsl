@@ -3,8 +3,9 @@
 #import shared/outline
 #import shared/tile
 
-// Arguments of the points' indirect draw, and how many tiles there are to look through.
-struct Counts {
+// Mirrors gpu::layout::Smoothed.
+struct Smoothed {
+    // The first four are the arguments of the points' indirect draw.
     pixels: atomic<u32>,
     instances: u32,
     first_vertex: u32,
@@ -18,7 +19,7 @@ struct Counts {
 @group(1) @binding(3) var frame_depth: texture_depth_2d;
 @group(1) @binding(4) var depth_sampler: sampler;
 @group(1) @binding(5) var<storage, read> tiles: array<u32>;
-@group(1) @binding(6) var<storage, read_write> counts: Counts;
+@group(1) @binding(6) var<storage, read_write> smoothed: Smoothed;
 // x | y << 16. Room for all pixels of the picture, of which each is there once at most.
 @group(1) @binding(7) var<storage, read_write> pixels: array<u32>;
 // Premultiplied red and green, blue and alpha as 16-bit floats.
@@ -34,7 +35,7 @@ const PIXELS_PER_GROUP: u32 = 64u;
 @compute @workgroup_size(TILE_SIDE, TILE_SIDE)
 fn cs_main_collect(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_id) local: vec3u) {
     let number = group.y * groups.x + group.x;
-    if number >= counts.tiles {
+    if number >= smoothed.tiles {
         return;
     }
     let at = tile_corner(tiles[number]) + 2u * local.xy;
@@ -55,7 +56,7 @@ fn cs_main_collect(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups)
     if found == 0u {
         return;
     }
-    var slot = atomicAdd(&counts.pixels, countOneBits(found));
+    var slot = atomicAdd(&smoothed.pixels, countOneBits(found));
     for (; found != 0u; found &= found - 1u) {
         let i = firstTrailingBit(found);
         pixels[slot] = (at.x + (i & 1u)) | ((at.y + (i >> 1u)) << 16u);
@@ -72,7 +73,7 @@ fn is_outline(own: f32, beside: vec4f) -> bool {
 
 @compute @workgroup_size(1)
 fn cs_main_plan() {
-    let groups = (atomicLoad(&counts.pixels) + PIXELS_PER_GROUP - 1u) / PIXELS_PER_GROUP;
+    let groups = (atomicLoad(&smoothed.pixels) + PIXELS_PER_GROUP - 1u) / PIXELS_PER_GROUP;
     plan[0] = min(groups, 32768u);
     plan[1] = (groups + 32767u) / 32768u;
     plan[2] = 1u;
@@ -85,7 +86,7 @@ fn over(color: vec4f, below: vec4f) -> vec4f {
 @compute @workgroup_size(PIXELS_PER_GROUP)
 fn cs_main_mix(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) local: u32) {
     let index = (group.y * groups.x + group.x) * PIXELS_PER_GROUP + local;
-    if index >= atomicLoad(&counts.pixels) {
+    if index >= atomicLoad(&smoothed.pixels) {
         return;
     }
     let pixel = pixels[index];

@@ -149,6 +149,7 @@ fn rust_structs() -> Vec<Layout> {
         rust_struct!(LeafCorner { position, u, normal, v }),
         rust_struct!(Leaf { corners, wears, cluster, into, heir }),
         rust_struct!(Counts { grown, instances, first_vertex, first_instance, roots }),
+        rust_struct!(Smoothed { pixels, instances, first_vertex, first_instance, tiles }),
         rust_struct!(GrownPlace { pixel, depth }),
         rust_struct!(GrownColor { red_green, blue_coverage }),
         rust_struct!(GrowingCrown { limb_x, min_units, limb_y, max_units, gap_m, first, count, pad }),

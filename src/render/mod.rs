@@ -77,7 +77,6 @@ use placing::Groups;
 use scene::Instances;
 use shadow::{SunMap, SunView};
 use targets::{Targets, color_attachment, depth_attachment};
-use terrain::TerrainDrawer;
 use wind::Sway;
 use world::Placed;
 
@@ -215,7 +214,6 @@ pub struct Renderer {
     frame: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
     backdrop: Backdrop,
-    grounds: TerrainDrawer,
     parts: PartStore,
     groups: Groups,
     instances: Instances,
@@ -273,8 +271,7 @@ impl Renderer {
         let parts = PartStore::new(&gpu);
         let crowd = crowd::group_layout(&gpu);
         let groups = Groups { frame: frame_layout, part: parts.layout.clone(), sun: sun.layout.clone(), crowd };
-        let backdrop = Backdrop::new(&gpu, &groups.frame, &groups.sun);
-        let grounds = TerrainDrawer::new(&gpu, &groups);
+        let backdrop = Backdrop::new(&gpu, &groups);
         let instances = Instances::new(&gpu);
         let meshes = MeshDrawer::new(&gpu, &groups);
         let leaves = ForestDrawer::new(&gpu, &groups);
@@ -287,7 +284,6 @@ impl Renderer {
             frame,
             frame_group,
             backdrop,
-            grounds,
             parts,
             groups,
             instances,
@@ -476,10 +472,7 @@ impl Renderer {
             drop(pass);
             passed(&mut encoder, "shadow map")?;
         }
-        self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background);
-        if let Some(ground) = placed.ground {
-            self.grounds.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, ground);
-        }
+        self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background, placed.ground);
         passed(&mut encoder, "backdrop")?;
         let kind = PassKind::Temporary { wireframe: shot.show == Show::Wireframe };
         let mut pass = begin_temporary(&mut encoder, &self.frame_group, &self.sun, targets);

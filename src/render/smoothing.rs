@@ -5,7 +5,7 @@ use super::bound::{PLAIN_COLOR, bind, compute_pipeline, group_layout, storage, t
 use super::screen::ScreenPipeline;
 use super::targets::{COLOR, Targets, listed_pixels, nearer};
 use crate::Result;
-use crate::gpu::{Gpu, KeptBuffer, Shader};
+use crate::gpu::{Gpu, KeptBuffer, Shader, layout};
 
 /// The passes of smoothing, and their buffers.
 #[derive(Debug)]
@@ -50,7 +50,11 @@ impl Buffers {
         };
         let none = wgpu::BufferUsages::empty();
         gpu.guarded(|| Self {
-            counts: buffer("smooth.counts", 20, wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST),
+            counts: buffer(
+                "smooth.counts",
+                size_of::<layout::Smoothed>() as u64,
+                wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
+            ),
             pixels: buffer("smooth.pixels", 4 * pixels, none),
             colors: buffer("smooth.colors", BYTES_PER_PX * pixels, none),
         })
@@ -124,7 +128,8 @@ impl Smoothing {
             self.groups = Some(gpu.guarded(|| self.bound(gpu, targets, buffers, tiles.get()))?);
         }
         let (Some(buffers), Some(groups)) = (&self.buffers, &self.groups) else { return Ok(()) };
-        gpu.queue.write_buffer(&buffers.counts, 0, bytemuck::bytes_of(&[0, 1, 0, 0, count]));
+        let begun = layout::Smoothed { instances: 1, tiles: count, ..bytemuck::Zeroable::zeroed() };
+        gpu.queue.write_buffer(&buffers.counts, 0, bytemuck::bytes_of(&begun));
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("smooth"), timestamp_writes: None });
         pass.set_bind_group(0, frame, &[]);
         pass.set_bind_group(1, &groups.common, &[]);
