@@ -9,8 +9,8 @@ const REACH_M: f32 = 20_000.0;
 /// How far it has fallen there, metres.
 const FALL_M: f32 = 40.0;
 /// Rings over which it evens out; beyond, each is this many times as far from the edge as the one before.
-const EVENING_RINGS: usize = 10;
-const FARTHER: f32 = 3.0;
+const EVENING_RINGS: usize = 6;
+const FARTHER: f32 = 8.0;
 
 /// A skirt around ground, with the ground's own points and normals along its edge, so that no seam is seen.
 pub fn skirt(ground: &HeightField) -> GroundMesh {
