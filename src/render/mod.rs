@@ -11,6 +11,7 @@
 //! any number of times. Each kind of part has its `drawer`.
 
 mod backdrop;
+mod bound;
 mod camera;
 mod capture;
 mod composite;
@@ -34,6 +35,7 @@ mod present;
 mod scene;
 mod screen;
 mod shadow;
+mod smoothing;
 mod targets;
 mod terrain;
 mod tiles;
@@ -76,7 +78,6 @@ use placing::Groups;
 use scene::Instances;
 use shadow::{SunMap, SunView};
 use targets::{Targets, color_attachment, depth_attachment};
-use terrain::TerrainDrawer;
 use wind::Sway;
 use world::Placed;
 
@@ -212,7 +213,7 @@ pub struct Picture {
     pub depth_m: Vec<f32>,
 }
 
-/// Most pixels of a picture: its targets and the buffers of growth take about 40 bytes a pixel, and reading it back 8.
+/// Most pixels of a picture: its targets and the buffers of growth and smoothing take about 65 bytes a pixel, and reading it back 8.
 const MAX_PIXELS: u64 = 16 << 20;
 
 /// Draws frames. Owns the device and every pipeline.
@@ -223,7 +224,6 @@ pub struct Renderer {
     frame: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
     backdrop: Backdrop,
-    grounds: TerrainDrawer,
     parts: PartStore,
     groups: Groups,
     instances: Instances,
@@ -283,8 +283,7 @@ impl Renderer {
         let parts = PartStore::new(&gpu);
         let crowd = crowd::group_layout(&gpu);
         let groups = Groups { frame: frame_layout, part: parts.layout.clone(), sun: sun.layout.clone(), crowd };
-        let backdrop = Backdrop::new(&gpu, &groups.frame, &groups.sun);
-        let grounds = TerrainDrawer::new(&gpu, &groups);
+        let backdrop = Backdrop::new(&gpu, &groups);
         let instances = Instances::new(&gpu);
         let meshes = MeshDrawer::new(&gpu, &groups);
         let leaves = ForestDrawer::new(&gpu, &groups);
@@ -297,7 +296,6 @@ impl Renderer {
             frame,
             frame_group,
             backdrop,
-            grounds,
             parts,
             groups,
             instances,
@@ -494,10 +492,7 @@ impl Renderer {
         if view.is_some() {
             passed(&mut encoder, "shadow map")?;
         }
-        self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background);
-        if let Some(ground) = placed.ground {
-            self.grounds.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, ground);
-        }
+        self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background, placed.ground);
         passed(&mut encoder, "backdrop")?;
         let kind = PassKind::Temporary;
         let mut pass = begin_temporary(&mut encoder, &self.frame_group, &self.sun, targets);
