@@ -37,6 +37,8 @@ struct Presence {
     radius_m: f32,
     vanish_anchor: vec3f,
     pad: f32,
+    rises: vec2f,
+    sinks: vec2f,
 }
 
 // Bits of Presence.facing.
@@ -44,6 +46,7 @@ const FACING: u32 = {FACING};
 const FACING_LEVEL: u32 = {FACING_LEVEL};
 const FACING_BOTH: u32 = {FACING_BOTH};
 const FACING_OWN: u32 = {FACING_OWN};
+const FACING_SECTOR: u32 = {FACING_SECTOR};
 // Values of Presence.fade: always seen in full; thinned out by a hash of the place; by its alpha.
 const FADE_NEVER: u32 = {FADE_NEVER};
 const FADE_ALPHA: u32 = {FADE_ALPHA};

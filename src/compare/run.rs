@@ -251,7 +251,7 @@ impl Bench<'_> {
 }
 
 /// Each pixel the mean of `by` × `by`: colours by what is there, depth over what is there where that is half or more.
-fn coarser(seen: &Seen, by: u32) -> Seen {
+pub fn coarser(seen: &Seen, by: u32) -> Seen {
     let (width, height) = (seen.color.width() / by, seen.color.height() / by);
     let mut depth_m = Vec::with_capacity((width * height) as usize);
     let color = RgbaImage::from_fn(width, height, |x, y| {

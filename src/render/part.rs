@@ -190,11 +190,19 @@ fn is_stand_in(part: &Part, tree: Bounds) -> bool {
 
 fn presence_of(part: &Part, drawn: &Drawn, seen: &Seen) -> layout::Presence {
     let Seen { anchor, vanish_anchor, appears, vanishes, facing, fade } = *seen;
+    let (rises, sinks) = match facing {
+        Facing::Sector { rises, sinks, .. } => (rises, sinks),
+        _ => ([0.0; 2], [0.0; 2]),
+    };
     let (axis, cosines, facing) = match facing {
         Facing::Any => (Vec3::Z, [0.0; 2], 0),
         Facing::Own { cosines } => {
             let bits = layout::Presence::FACING_OWN | layout::Presence::FACING_BOTH;
             (Vec3::Z, cosines, layout::Presence::FACING | bits)
+        }
+        Facing::Sector { axis, cosines, .. } => {
+            let bits = layout::Presence::FACING_LEVEL | layout::Presence::FACING_SECTOR;
+            (axis, cosines, layout::Presence::FACING | bits)
         }
         Facing::Toward { axis, cosines, level, both_sides } => {
             let bit = |set: bool, bit: u32| if set { bit } else { 0 };
@@ -227,6 +235,8 @@ fn presence_of(part: &Part, drawn: &Drawn, seen: &Seen) -> layout::Presence {
         grid,
         pivot: pivot.to_array(),
         radius_m,
+        rises,
+        sinks,
     }
 }
 
