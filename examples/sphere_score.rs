@@ -12,13 +12,13 @@ use std::path::PathBuf;
 use glam::{Vec3, Vec4};
 use image::{Rgba, RgbaImage, imageops};
 use rayon::prelude::*;
-use sphereboard::compare::{Figures, Plan, Profile, Seen, Stage, View, Views, coarser};
+use sphereboard::compare::{Figures, Plan, Profile, Seen, Stage, View, Views, coarser, finer};
 use sphereboard::gpu::{AdapterChoice, Gpu};
 use sphereboard::metrics::over;
 use sphereboard::model::reference::Asked;
 use sphereboard::plant::presets::PRESETS;
 use sphereboard::raster::{Layer, PngEffort, png_with};
-use sphereboard::render::{Renderer, Shot, Tree};
+use sphereboard::render::{Renderer, Shot};
 use sphereboard::report::draw;
 use sphereboard::repr::{self, BuiltTree, Order, REFERENCE_FOCAL_PX, Settings, SoftwareCapture, Stats, TreeSource};
 use sphereboard::{Result, Seed, files};
@@ -113,9 +113,10 @@ fn main() -> Result<()> {
     for preset in &asking.presets {
         let (source, _) = TreeSource::open(preset, &Asked::default(), Seed(1))?;
         let stage = Stage { bounds: source.box_of_all()? };
-        let mut see = |tree: &mut dyn FnMut(&mut Renderer) -> Result<Tree>, by: u32| -> Result<Vec<Seen>> {
-            let tree = tree(&mut renderer)?;
+        let mut see = |built: &BuiltTree, truth: bool| -> Result<Vec<Seen>> {
+            let tree = renderer.upload_built(built)?;
             let picture = |look: &Look| {
+                let by = if truth { finer(look.height_px) } else { 1 };
                 let shot = stage.shot(look.view, look.height_px, plan.suns[look.sun], None);
                 let large = shot.size_px.map(|side| side * by);
                 let seen = stage.see(&mut renderer, &tree, &Shot { size_px: large, ..shot })?;
@@ -128,7 +129,7 @@ fn main() -> Result<()> {
             Some(bytes) => unpacked(&bytes),
             None => {
                 let built = build("geometry", &source, &[])?;
-                let truth = see(&mut |renderer| renderer.upload_built(&built), 4)?;
+                let truth = see(&built, true)?;
                 kept.iter().for_each(|path| std::fs::write(path, packed(&truth)).expect("a folder to keep true pictures in"));
                 truth
             }
@@ -137,7 +138,7 @@ fn main() -> Result<()> {
         for method in &asking.methods {
             let set: &[String] = if method == "sphere-board" { &asking.settings } else { &[] };
             let built = build(method, &source, set)?;
-            let seen = see(&mut |renderer| renderer.upload_built(&built), 1)?;
+            let seen = see(&built, false)?;
             let scores: Vec<Score> = truth.par_iter().zip(&seen).map(|(a, b)| score(a, b, &stage)).collect::<Result<_>>()?;
             rows.push(shown(&looks, &seen));
             for (of, at) in groups(&looks) {

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 pub use cost::Cost;
 pub use motion::Motion;
 pub use plan::{Plan, Profile, Sun, View, Views};
-pub use run::{Progress, Request, coarser, every_method, run};
+pub use run::{Progress, Request, coarser, every_method, finer, run};
 pub use score::{COLUMNS, Column, Figures};
 pub use staging::{BACKGROUNDS, Seen, Stage};
 pub use store::{Identity, Store};

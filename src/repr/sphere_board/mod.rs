@@ -58,6 +58,18 @@ crate::params! {
         look_px: u32 = 128, in 16..=512, unit "texels", source "ours: as many as it has pixels";
         /// How many pixels high a true tree is where those pictures take over.
         look_from_px: f64 = 170.0, in 16.0..=1000.0, unit "px", source "ours: a texel is a pixel or somewhat more";
+        /// x
+        x_whole: u32 = 1, in 0..=1, unit "", source "ours";
+        /// x
+        x_rings: u32 = 2, in 2..=3, unit "", source "ours";
+        /// x
+        x_relief: f64 = 1.0, in 0.0..=1.0, unit "", source "ours";
+        /// x
+        x_outset: f64 = 0.02, in 0.0..=1.0, unit "", source "ours";
+        /// x
+        x_normals: u32 = 2, in 1..=64, unit "", source "ours";
+        /// x
+        x_tone: f64 = 1.0, in 0.0..=2.0, unit "", source "ours";
         /// Side of the finest level's atlas; each coarser level has half of it.
         texture_size: PowerOfTwo = PowerOfTwo(512), in 64..=2048, unit "texels", source "ours: as `model` has it";
         /// Most crowns of one tree.
