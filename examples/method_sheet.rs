@@ -2,17 +2,20 @@
 //! belongs to `results/`, of anybody's file to `results/local/`.
 //!
 //! `cargo run --release --example method_sheet [TREE] [FILE] [METHOD…]`; `make sheets` runs it without arguments: the oak, into
-//! `results/local/sheets/methods.oak.png`.
+//! `results/local/sheets/methods.oak.png`. A FILE that ends in `.jpg` becomes a JPEG.
 
 use std::path::{Path, PathBuf};
 
 use image::RgbImage;
 use sphereboard::gpu::{AdapterChoice, Gpu};
-use sphereboard::raster::{PngEffort, png_with};
+use sphereboard::raster::{PngEffort, jpeg, png_with};
 use sphereboard::render::Renderer;
 use sphereboard::report::{draw, methods};
 use sphereboard::repr::{self, METHODS, Order, Settings, SoftwareCapture, Stats, TreeSource};
 use sphereboard::{Result, Seed, files};
+
+/// At this leaves still have edges, and the sheet of all methods a quarter of its size as a PNG.
+const JPEG_QUALITY: u8 = 70;
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -49,7 +52,9 @@ fn main() -> Result<()> {
         };
         rows.push(row);
     }
-    files::write_whole(&out, &png_with(&draw::stacked(&rows, 6), PngEffort::Small)?)?;
+    let sheet = draw::stacked(&rows, 6);
+    let is_jpeg = out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("jpg"));
+    files::write_whole(&out, &if is_jpeg { jpeg(&sheet, JPEG_QUALITY)? } else { png_with(&sheet, PngEffort::Small)? })?;
     println!("{}", out.display());
     Ok(())
 }

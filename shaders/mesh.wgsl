@@ -5,7 +5,7 @@
 
 @vertex
 fn vs_main(corner: Corner) -> Seen {
-    let tree = standing(corner.place, corner.rotation);
+    let tree = tree_of(corner);
     let pose = posed(tree, corner.position, corner.normal, false);
     let world = swayed(tree, pose.at, material.tree_height_m, material.tree_foot_m);
     var seen: Seen;
@@ -15,7 +15,7 @@ fn vs_main(corner: Corner) -> Seen {
     seen.from_center = corner.position - material.crown_center;
     seen.normal = turned(tree.rotation, crown_normal(pose.normal, seen.from_center));
     seen.uv = corner.uv;
-    seen.slot = corner.id.y;
+    seen.slot = growing_slot(corner);
     seen.share = share_of(tree, corner.normal, false);
     seen.tree = vec4f(still(tree, material.tree_center), tree.scale);
     return seen;

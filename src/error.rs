@@ -1,6 +1,13 @@
 //! What can go wrong, as types: one variant per cause, each saying what was expected, what was found and what to do.
+//!
+//! The file is long because it is one table, a block of variants per stage. Every stage returns the same [`Error`]: a file within an option
+//! within a view wraps another's, and whoever prints or matches one asks a single type. Enums of their own would only be taken apart again.
+
+mod warning;
 
 use std::path::PathBuf;
+
+pub use warning::Warning;
 
 /// The library's result type.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -602,26 +609,40 @@ pub enum Error {
         /// What it was built from.
         source_name: String,
     },
+    // ---- Ground, camera paths: geom/height_field, grove ----
+    /// Heights that cannot be ground.
+    #[error("expected {expected}, but found {found}; {remedy}")]
+    Ground {
+        /// What it may be.
+        expected: String,
+        /// What it is.
+        found: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A camera path that cannot be followed.
+    #[error("{place}: expected {expected}, but found {found}; correct it, or take the path tour or orbit")]
+    CameraPath {
+        /// Which line or key.
+        place: String,
+        /// What belongs there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    // Many trees (render::crowd)
+    /// A tree of a species that is not there.
+    #[error("a tree is of species {found}, but there are {species}; number them from 0")]
+    NoSuchSpecies {
+        /// Its number.
+        found: u16,
+        /// How many species there are.
+        species: usize,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.
 fn hues_around(hue_deg: f64) -> String {
     let middle = if hue_deg > 330.0 { hue_deg - 360.0 } else { hue_deg };
     format!("{:.0}..{:.0}", middle - 30.0, middle + 30.0)
-}
-
-/// Something a user should know about a result that was produced all the same.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Warning {
-    /// Stable word for machines, for example `crown-cut-by-frame`.
-    pub code: String,
-    /// One sentence for people.
-    pub message: String,
-}
-
-impl Warning {
-    /// A warning with its code and sentence.
-    pub fn new(code: &str, message: impl Into<String>) -> Self {
-        Self { code: code.to_owned(), message: message.into() }
-    }
 }

@@ -18,7 +18,7 @@
 //! * floor 4: [`repr`] — the tree representations, each from the same source by the same call, as plain data;
 //! * floor 5: [`gpu`] — the device, and what it shares with shaders;
 //! * floor 6: [`render`] — the passes of a frame;
-//! * floor 7: [`compare`] — every representation held against the tree itself; [`report`] — pictures for people: stage drawings, contact sheets, previews, photographs of true trees;
+//! * floor 7: [`compare`] — every representation held against the tree itself; [`grove`] — thousands of trees on their ground; [`report`] — pictures for people: stage drawings, contact sheets, previews, photographs of true trees;
 //! * floor 8: [`cli`] — arguments, progress, messages.
 //!
 //! The method is that of She et al. 2018, "Sphere-board" trees (cited as "She §…"); where this library goes beyond the paper, the
@@ -33,6 +33,7 @@ pub mod error;
 pub mod files;
 pub mod geom;
 pub mod gpu;
+pub mod grove;
 pub mod metrics;
 pub mod model;
 pub mod params;

@@ -130,7 +130,10 @@ fn rust_structs() -> Vec<Layout> {
             layer,
             heights,
             pad,
+            level_eye,
+            pad2,
         }),
+        rust_struct!(Placed { position, turn_and_scale }),
         rust_struct!(CaptureView { clip_from_object, far_m, deep_m, pad }),
         rust_struct!(GrowthFrame {
             size_px,

@@ -1,6 +1,7 @@
-// What of a surface casts a shadow: what every drawer's fragment stage for the sun's map asks.
+// Surfaces into the sun's map: depth alone, with the holes of cut-out foliage. Drawers bring the vertex stage.
 #import shared/part
 #import shared/fade
+#import shared/presence
 
 // What a vertex stage hands over.
 struct Cast {
@@ -12,6 +13,18 @@ struct Cast {
     @location(2) facing: f32,
     // How much of the part is seen.
     @location(3) @interpolate(flat) share: f32,
+}
+
+// A vertex of a tree, with the normal of its polygon, as the sun sees it.
+fn toward_sun(tree: Standing, at: vec3f, normal: vec3f, uv: vec2f) -> Cast {
+    let pose = posed(tree, at, normal, true);
+    var seen: Cast;
+    seen.position = frame.sun_clip_from_world * vec4f(swayed(tree, pose.at, material.tree_height_m, material.tree_foot_m), 1.0);
+    seen.uv = uv;
+    seen.at = at;
+    seen.facing = dot(turned(tree.rotation, pose.normal), frame.toward_sun);
+    seen.share = share_of(tree, normal, true);
+    return seen;
 }
 
 // A clump of leaves for a tree of one metre, metres.
@@ -40,4 +53,11 @@ fn casts(seen: Cast) -> bool {
         return 0.55 * noise(clump) + 0.45 * noise(2.3 * clump) <= 0.30 + 1.1 * seen.facing;
     }
     return true;
+}
+
+@fragment
+fn fs_main(seen: Cast) {
+    if !casts(seen) {
+        discard;
+    }
 }

@@ -24,6 +24,9 @@ struct Frame {
     // What is d metres away is x + y · d, in metres as in the picture for which distances are told (repr::REFERENCE_FOCAL_PX).
     heights: vec2f,
     pad: vec2f,
+    // From where distances are told by which levels of detail are chosen.
+    level_eye: vec3f,
+    pad2: f32,
 }
 
 // Values of shading.

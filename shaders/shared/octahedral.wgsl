@@ -43,7 +43,7 @@ fn frame_direction(place: vec2u) -> vec3f {
 }
 
 fn look(corner: Corner, for_sun: bool) -> Looked {
-    let tree = standing(corner.place, corner.rotation);
+    let tree = tree_of(corner);
     let toward = toward_seer(tree, presence.pivot, for_sun);
     let pose = posed(tree, corner.position, corner.normal, for_sun);
     var seen: Looked;

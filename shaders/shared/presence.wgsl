@@ -44,7 +44,7 @@ fn share_toward(toward: vec3f, normal: vec3f) -> f32 {
 
 // How far the viewer is from a point of the tree, in its heights.
 fn heights_to(tree: Standing, at: vec3f) -> f32 {
-    let way = frame.heights.x + frame.heights.y * distance(frame.eye, still(tree, at));
+    let way = frame.heights.x + frame.heights.y * distance(frame.level_eye, still(tree, at));
     // Below 0: a level was told, wherever the viewer stands.
     return select(way / (tree.scale * material.tree_height_m), frame.heights.x, frame.heights.y < 0.0);
 }

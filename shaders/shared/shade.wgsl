@@ -45,7 +45,7 @@ fn openness(from_center: vec3f, leaf: f32) -> f32 {
 }
 
 // How far sunlight gets into a crown before e times as much is left outside, and how deep in it the leaves lie that are seen, in heights of
-// the tree. Fitted, so that cards have the mean colour of the grown trees that they were taken of (tests/built.rs).
+// the tree. Fitted, so that cards have the mean colour of the grown trees that they were taken of (tests/cards.rs).
 const LIGHT_REACHES: f32 = 0.3;
 const LEAVES_LIE: f32 = 0.14;
 // And the wood that is seen between them: trunk and limbs are under the leaves.

@@ -22,7 +22,7 @@ mod store;
 use serde::{Deserialize, Serialize};
 
 pub use cost::Cost;
-pub use motion::Motion;
+pub use motion::{Motion, largest_step};
 pub use plan::{Plan, Profile, Sun, View, Views};
 pub use run::{Progress, Request, coarser, every_method, finer, run};
 pub use score::{COLUMNS, Column, Figures};

@@ -73,12 +73,12 @@ pub fn dolly(renderer: &mut Renderer, stage: &Stage, tree: &Tree, sun: Sun) -> R
     Ok(largest_step(&steps))
 }
 
-/// The largest of `steps` over the median of those around it.
+/// The largest of `steps` over the median of the eleven around it, 0 of none: how much a walk through pictures jumps where it jumps most.
+/// Steps are mean FLIP from picture to picture, per pixel of the tree; those under 0.01 count as that, since nobody sees them.
 pub fn largest_step(steps: &[f64]) -> f64 {
     let ratio = |i: usize| {
         let mut around: Vec<f64> = steps[i.saturating_sub(5)..(i + 6).min(steps.len())].to_vec();
         around.sort_by(f64::total_cmp);
-        // Steps that nobody sees are no jumps.
         steps[i] / around[around.len() / 2].max(0.01)
     };
     (0..steps.len()).map(ratio).fold(0.0, f64::max)

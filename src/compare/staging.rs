@@ -44,7 +44,7 @@ impl Seen {
 impl Stage {
     /// Height of the tree, metres.
     pub fn height_m(&self) -> f32 {
-        self.bounds.max.y.max(1e-3)
+        self.bounds.height_m()
     }
 
     /// The camera that sees the tree `height_px` pixels high, and the side of its square picture: what the box around the tree needs, and

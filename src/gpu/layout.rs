@@ -87,8 +87,12 @@ pub struct Frame {
     /// A thing `d` metres away looks as large as one `x + y · d` metres away in the picture for which distances are told
     /// ([`REFERENCE_FOCAL_PX`](crate::repr::REFERENCE_FOCAL_PX)).
     pub heights: [f32; 2],
-    /// Unused: keeps the size a multiple of 16.
+    /// Unused: keeps what follows at a multiple of 16.
     pub pad: [f32; 2],
+    /// From where distances are told by which levels of detail are chosen, metres.
+    pub level_eye: [f32; 3],
+    /// Unused: keeps the size a multiple of 16.
+    pub pad2: f32,
 }
 
 impl Frame {
@@ -358,6 +362,49 @@ pub struct Instance {
     pub id: u32,
     /// Slot of its first crown among those that grow in this frame; 0 when none does.
     pub extra: u32,
+}
+
+/// One of many placed trees, 16 bytes: upright, so that a turn is an angle. WGSL `Placed`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Placed {
+    /// Foot, world space, metres.
+    pub position: [f32; 3],
+    /// Two 16-bit floats: round the vertical in whole turns (±½), and uniform scale.
+    pub turn_and_scale: u32,
+}
+
+impl Placed {
+    /// A tree at a place, turned round the vertical.
+    pub fn new(position: [f32; 3], yaw_rad: f32, scale: f32) -> Self {
+        let turns = yaw_rad / std::f32::consts::TAU;
+        let halves = [turns - turns.round(), scale].map(|value| u32::from(half::f16::from_f32(value).to_bits()));
+        Self { position, turn_and_scale: halves[0] | halves[1] << 16 }
+    }
+
+    /// Round the vertical, radians.
+    pub fn yaw_rad(&self) -> f32 {
+        std::f32::consts::TAU * half::f16::from_bits(self.turn_and_scale as u16).to_f32()
+    }
+
+    /// Uniform scale.
+    pub fn scale(&self) -> f32 {
+        half::f16::from_bits((self.turn_and_scale >> 16) as u16).to_f32()
+    }
+
+    /// The same tree as one that is placed by itself.
+    pub fn instance(&self, id: u32) -> Instance {
+        let (sin, cos) = (0.5 * self.yaw_rad()).sin_cos();
+        let part = |value: f32| (value * f32::from(i16::MAX)).round() as i16;
+        Instance { position: self.position, scale: self.scale(), rotation: [0, part(sin), 0, part(cos)], id, extra: 0 }
+    }
+
+    /// Its number in a list of what is seen of many, one for each instance: location 3.
+    pub const LIST: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: size_of::<u32>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &wgpu::vertex_attr_array![3 => Uint32],
+    };
 }
 
 impl Vertex {

@@ -1,5 +1,5 @@
-//! Shaders: one text per pass, with shared pieces pulled in by `#import <name>`, each once (textual, as a C header with guards), and
-//! numbers of Rust where their names stand in braces: `const TILE_PX: u32 = {TILE_PX};`. Text, not pipeline constants, since Mesa's
+//! Shaders: one text per pass, with shared pieces pulled in by `#import <name>`, each once (textual, as a C header with guards; a
+//! piece that says `#instead-of <name>` takes the place of another that is imported later), and numbers of Rust where their names stand in braces: `const TILE_PX: u32 = {TILE_PX};`. Text, not pipeline constants, since Mesa's
 //! software driver makes a shader anew for each use of those.
 
 use std::collections::BTreeSet;
@@ -20,6 +20,7 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("shared/part", include_str!("../../shaders/shared/part.wgsl")),
     ("shared/place", include_str!("../../shaders/shared/place.wgsl")),
     ("shared/corner", include_str!("../../shaders/shared/corner.wgsl")),
+    ("shared/corner_of_many", include_str!("../../shaders/shared/corner_of_many.wgsl")),
     ("shared/presence", include_str!("../../shaders/shared/presence.wgsl")),
     ("shared/fade", include_str!("../../shaders/shared/fade.wgsl")),
     ("shared/shade", include_str!("../../shaders/shared/shade.wgsl")),
@@ -39,6 +40,12 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("impostor_cast", include_str!("../../shaders/impostor_cast.wgsl")),
     ("cast", include_str!("../../shaders/cast.wgsl")),
     ("mesh", include_str!("../../shaders/mesh.wgsl")),
+    ("mesh_of_many", include_str!("../../shaders/mesh_of_many.wgsl")),
+    ("cast_of_many", include_str!("../../shaders/cast_of_many.wgsl")),
+    ("impostor_of_many", include_str!("../../shaders/impostor_of_many.wgsl")),
+    ("impostor_cast_of_many", include_str!("../../shaders/impostor_cast_of_many.wgsl")),
+    ("shared/meadow", include_str!("../../shaders/shared/meadow.wgsl")),
+    ("terrain", include_str!("../../shaders/terrain.wgsl")),
     ("backdrop", include_str!("../../shaders/backdrop.wgsl")),
     ("present", include_str!("../../shaders/present.wgsl")),
     ("composite", include_str!("../../shaders/composite.wgsl")),
@@ -73,12 +80,13 @@ fn include(name: &str, seen: &mut BTreeSet<String>, out: &mut String) -> Result<
     }
     let (_, text) = SHADERS.iter().find(|(known, _)| *known == name).ok_or_else(|| format!("there is no shader {name}"))?;
     for line in text.lines() {
-        match line.strip_prefix("#import ") {
-            Some(import) => include(import.trim(), seen, out)?,
-            None => {
-                out.push_str(line);
-                out.push('\n');
-            }
+        if let Some(import) = line.strip_prefix("#import ") {
+            include(import.trim(), seen, out)?;
+        } else if let Some(other) = line.strip_prefix("#instead-of ") {
+            seen.insert(other.trim().to_owned());
+        } else {
+            out.push_str(line);
+            out.push('\n');
         }
     }
     Ok(())

@@ -1,6 +1,7 @@
 //! What stands behind the trees: sky above level ground, or nothing.
 
 use super::Background;
+use super::screen::ScreenPipeline;
 use super::targets::{COLOR, Targets, color_attachment, depth_attachment, nearer};
 use crate::gpu::{Gpu, Shader};
 
@@ -19,28 +20,14 @@ impl Backdrop {
             immediate_size: 0,
         });
         let shader = Shader::load(gpu, "backdrop");
-        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("backdrop.pipeline"),
+        let depth = wgpu::DepthStencilState { depth_compare: Some(wgpu::CompareFunction::GreaterEqual), ..nearer() };
+        let targets = [Some(COLOR.into())];
+        let pipeline = ScreenPipeline {
             layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &shader.0,
-                entry_point: Some("vs_main"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: Some(wgpu::DepthStencilState { depth_compare: Some(wgpu::CompareFunction::GreaterEqual), ..nearer() }),
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &shader.0,
-                entry_point: Some("fs_main"),
-                compilation_options: Default::default(),
-                targets: &[Some(COLOR.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        Self { pipeline }
+            depth: Some(depth),
+            ..ScreenPipeline::new("backdrop.pipeline", &shader, &targets)
+        };
+        Self { pipeline: pipeline.compiled(gpu) }
     }
 
     /// Clears the frame and draws what stands behind, with the shadows of `sun`'s map on it.

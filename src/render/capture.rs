@@ -4,9 +4,10 @@
 use glam::{Mat4, Vec3, Vec4};
 use image::{GrayImage, Luma, Rgba, RgbaImage};
 
-use super::mesh::pipeline_layout;
+use super::mesh::{pipeline_layout, pipeline_of};
 use super::part::{DevicePart, PartStore, PlaceInTree, Textures};
-use super::targets::{COLOR, DEPTH, color_attachment, depth_attachment, nearer};
+use super::screen::ScreenPipeline;
+use super::targets::{COLOR, DEPTH, color_attachment, depth_attachment};
 use crate::Result;
 use crate::geom::Bounds;
 use crate::gpu::layout::{self, CAPTURE_SAMPLES};
@@ -44,8 +45,13 @@ impl<'a> GpuCapture<'a> {
         });
         let layout = pipeline_layout(gpu, "capture.layout", &[&view_layout, &store.layout]);
         let shader = Shader::load(gpu, "capture");
-        let samples = [Some(wgpu::Face::Back), None].map(|cull| samples_pipeline(gpu, &layout, &shader, cull));
-        let resolve = resolve_pipeline(gpu);
+        let (buffers, targets) = ([Some(layout::Vertex::LAYOUT)], [Some(COLOR.into()), Some(NORMAL.into())]);
+        let samples = [Some(wgpu::Face::Back), None].map(|cull| {
+            let fill = wgpu::PolygonMode::Fill;
+            pipeline_of(gpu, "capture.samples", &layout, &shader, &buffers, Some(&targets), cull, fill)
+        });
+        let (shader, targets) = (Shader::load(gpu, "capture_resolve"), [Some(COLOR.into()), Some(SURFACE.into())]);
+        let resolve = ScreenPipeline::new("capture.resolve", &shader, &targets).compiled(gpu);
         gpu.check()?;
         Ok(Self { gpu, store, view_layout, samples, resolve })
     }
@@ -211,58 +217,4 @@ fn clip_from_object(view: &View, first: [u32; 2], [far, near]: [f32; 2]) -> Mat4
         1.0,
     );
     Mat4::from_cols(Vec4::new(x.x, y.x, z.x, 0.0), Vec4::new(x.y, y.y, z.y, 0.0), Vec4::new(x.z, y.z, z.z, 0.0), offset)
-}
-
-fn samples_pipeline(
-    gpu: &Gpu,
-    layout: &wgpu::PipelineLayout,
-    shader: &Shader,
-    cull_mode: Option<wgpu::Face>,
-) -> wgpu::RenderPipeline {
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("capture.samples"),
-        layout: Some(layout),
-        vertex: wgpu::VertexState {
-            module: &shader.0,
-            entry_point: Some("vs_main"),
-            compilation_options: Default::default(),
-            buffers: &[Some(layout::Vertex::LAYOUT)],
-        },
-        primitive: wgpu::PrimitiveState { cull_mode, ..Default::default() },
-        depth_stencil: Some(nearer()),
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &shader.0,
-            entry_point: Some("fs_main"),
-            compilation_options: Default::default(),
-            targets: &[Some(COLOR.into()), Some(NORMAL.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
-}
-
-fn resolve_pipeline(gpu: &Gpu) -> wgpu::RenderPipeline {
-    let shader = Shader::load(gpu, "capture_resolve");
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("capture.resolve"),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &shader.0,
-            entry_point: Some("vs_main"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &shader.0,
-            entry_point: Some("fs_main"),
-            compilation_options: Default::default(),
-            targets: &[Some(COLOR.into()), Some(SURFACE.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
 }

@@ -1,6 +1,7 @@
 //! The trees' temporary picture goes into the frame where it is nearer (She §3.4, fig. 14), pixel by pixel or with smooth outlines
 //! (fig. 15 d). Only the tiles that trees touch are drawn.
 
+use super::screen::ScreenPipeline;
 use super::targets::{COLOR, Targets, color_attachment, depth_attachment, nearer};
 use crate::Result;
 use crate::gpu::{Gpu, KeptBuffer, Shader};
@@ -28,28 +29,16 @@ impl Composite {
             immediate_size: 0,
         });
         let shader = Shader::load(gpu, "composite");
-        let pipeline = |label, entry_point, blend, writes_depth| {
-            gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(label),
+        let pipeline = |label, fragment, blend, writes_depth| {
+            let targets = [Some(wgpu::ColorTargetState { format: COLOR, blend, write_mask: wgpu::ColorWrites::ALL })];
+            let pipeline = ScreenPipeline {
                 layout: Some(&pipeline_layout),
-                vertex: wgpu::VertexState {
-                    module: &shader.0,
-                    entry_point: Some("vs_main"),
-                    compilation_options: Default::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState { topology: wgpu::PrimitiveTopology::TriangleStrip, ..Default::default() },
-                depth_stencil: Some(wgpu::DepthStencilState { depth_write_enabled: Some(writes_depth), ..nearer() }),
-                multisample: wgpu::MultisampleState::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &shader.0,
-                    entry_point: Some(entry_point),
-                    compilation_options: Default::default(),
-                    targets: &[Some(wgpu::ColorTargetState { format: COLOR, blend, write_mask: wgpu::ColorWrites::ALL })],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
+                fragment,
+                topology: wgpu::PrimitiveTopology::TriangleStrip,
+                depth: Some(wgpu::DepthStencilState { depth_write_enabled: Some(writes_depth), ..nearer() }),
+                ..ScreenPipeline::new(label, &shader, &targets)
+            };
+            pipeline.compiled(gpu)
         };
         let over = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
         Self {

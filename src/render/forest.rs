@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::drawer::{Drawer, PassKind};
 use super::mesh::{TARGETS, pipeline_of};
 use super::part::{DevicePart, PartStore, PlaceInTree, Textures};
+use super::placing::Groups;
 use super::scene::{Scene, turn_of};
 use crate::Result;
 use crate::geom::Surface;
@@ -130,14 +131,14 @@ pub struct ForestDrawer {
 
 impl ForestDrawer {
     /// Compiles its pipelines.
-    pub fn new(gpu: &Gpu, frame: &wgpu::BindGroupLayout, store: &PartStore, sun: &wgpu::BindGroupLayout) -> Self {
+    pub fn new(gpu: &Gpu, groups: &Groups) -> Self {
         let layout = leaves_layout(gpu);
         let pipeline_layout = |label, sun| {
-            let groups = [Some(frame), Some(&store.layout), sun, Some(&layout)];
+            let groups = [Some(&groups.frame), Some(&groups.part), sun, Some(&layout)];
             let descriptor = wgpu::PipelineLayoutDescriptor { label: Some(label), bind_group_layouts: &groups, immediate_size: 0 };
             gpu.device.create_pipeline_layout(&descriptor)
         };
-        let (lit, dark) = (pipeline_layout("leaves.layout", Some(sun)), pipeline_layout("cast_leaves.layout", None));
+        let (lit, dark) = (pipeline_layout("leaves.layout", Some(&groups.sun)), pipeline_layout("cast_leaves.layout", None));
         let (leaves, cast) = (Shader::load(gpu, "leaves"), Shader::load(gpu, "cast_leaves"));
         let buffers = [Some(layout::Instance::LAYOUT)];
         let sides = [Some(wgpu::Face::Back), None];

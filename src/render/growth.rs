@@ -129,8 +129,8 @@ struct Candidate {
 }
 
 impl GrowthInput {
-    /// What grows in a picture.
-    pub fn new(shot: &Shot, stands: &[Stand], twigs: &Twigs) -> Self {
+    /// What grows in a picture; in the rectangles `others` are trees too, of which nothing grows.
+    pub fn new(shot: &Shot, stands: &[Stand], others: &[[f32; 4]], twigs: &Twigs) -> Self {
         let mut input = Self {
             frame: frame_of(shot),
             crowns: vec![bytemuck::Zeroable::zeroed()],
@@ -141,9 +141,10 @@ impl GrowthInput {
         };
         let seer = Seer::new(shot);
         let (mut tiles, mut tree_tiles) = (Tiles::none(shot.size_px), Tiles::none(shot.size_px));
+        // Smooth outlines reach a pixel farther.
+        others.iter().for_each(|rect| tree_tiles.add(grown_by(*rect, 1.0)));
         for stand in stands {
             for instance in stand.instances {
-                // Smooth outlines reach a pixel farther.
                 seer.rect(stand.tree, stand.tree.reach(), instance)
                     .into_iter()
                     .for_each(|rect| tree_tiles.add(grown_by(rect, 1.0)));
@@ -295,7 +296,7 @@ impl<'a> Seer<'a> {
 
     /// The crown of an instance, where it is seen, is in the picture and grows by a pixel or more.
     fn see(&self, tree: &Tree, crown: &CrownShape, number: usize, instance: &layout::Instance, growth: &Growth) -> Option<Seen> {
-        if self.viewer.share(tree, &crown.seen, instance, PassKind::Temporary { wireframe: false }) <= 0.0 {
+        if self.viewer.share(tree.height_m(), &crown.seen, instance, PassKind::Temporary { wireframe: false }) <= 0.0 {
             return None;
         }
         let (world_from_object, turn) = placed(instance);

@@ -2,6 +2,7 @@
 
 use super::growth::GrowthInput;
 use super::limb::Twigs;
+use super::screen::ScreenPipeline;
 use super::targets::{COLOR, ID, Targets, color_attachment, depth_attachment, nearer};
 use crate::gpu::{Gpu, KeptBuffer, Shader, Target, layout};
 use crate::{Error, Result, Seed};
@@ -304,25 +305,11 @@ fn points_pipeline(gpu: &Gpu) -> wgpu::RenderPipeline {
         blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
         write_mask: wgpu::ColorWrites::ALL,
     };
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("growth.points"),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &shader.0,
-            entry_point: Some("vs_main"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState { topology: wgpu::PrimitiveTopology::PointList, ..Default::default() },
-        depth_stencil: Some(nearer()),
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &shader.0,
-            entry_point: Some("fs_main"),
-            compilation_options: Default::default(),
-            targets: &[Some(over), Some(ID.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    let targets = [Some(over), Some(ID.into())];
+    let pipeline = ScreenPipeline {
+        topology: wgpu::PrimitiveTopology::PointList,
+        depth: Some(nearer()),
+        ..ScreenPipeline::new("growth.points", &shader, &targets)
+    };
+    pipeline.compiled(gpu)
 }

@@ -11,6 +11,7 @@ use crate::gpu::layout::{GrowthFrame, Instance};
 use crate::gpu::read_texture;
 use crate::gpu::testing::software_gpu;
 use crate::model::{Material, Part, Wrap};
+use crate::render::world::Placed;
 use crate::render::*;
 
 /// A renderer on the software driver; `None`, said aloud, where there is none.
@@ -77,6 +78,11 @@ fn pictures_of(renderer: &Renderer) -> TreePictures {
     }
 }
 
+fn draw_growing(renderer: &mut Renderer, shot: &Shot, stands: &[Stand], growing: &GrowthInput) {
+    let sun = renderer.sun_view(shot, &stands.into()).unwrap();
+    renderer.draw_growing(shot, &Placed { stands, crowd: None, ground: None }, growing, sun).unwrap();
+}
+
 /// Draws twice, without and with growth, and compares with the twin. Returns how many pixels grew.
 fn compare(renderer: &mut Renderer, tree: &Tree, shot: &Shot) -> usize {
     compare_placed(renderer, shot, &[Stand { tree, instances: &instances() }])
@@ -84,10 +90,10 @@ fn compare(renderer: &mut Renderer, tree: &Tree, shot: &Shot) -> usize {
 
 /// As [`compare`], of trees that stand elsewhere.
 fn compare_placed(renderer: &mut Renderer, shot: &Shot, stands: &[Stand]) -> usize {
-    let input = GrowthInput::new(shot, stands, &renderer.growth.twigs);
-    renderer.draw_growing(shot, stands, &GrowthInput { tiles: vec![], ..input.clone() }).unwrap();
+    let input = GrowthInput::new(shot, stands, &[], &renderer.growth.twigs);
+    draw_growing(renderer, shot, stands, &GrowthInput { tiles: vec![], ..input.clone() });
     let before = pictures_of(renderer);
-    renderer.draw_growing(shot, stands, &input).unwrap();
+    draw_growing(renderer, shot, stands, &input);
     let after = pictures_of(renderer);
     let twin = Twin { input: &input, pictures: &before };
     let expected = twin.pictures();
@@ -180,9 +186,9 @@ fn two_thirds_of_all_pixels_may_be_roots() {
     shot.camera.projection = Projection::Orthographic { half_height_m: 90.0, near_m: 1.0, far_m: 100.0 };
     shot.growth = GrowthParams { growth_min_m: 1.5, growth_max_m: 1.5, ..shot.growth };
     let stands = [Stand { tree: &tree, instances: &[Instance::IDENTITY] }];
-    let input = GrowthInput::new(&shot, &stands, &renderer.growth.twigs);
+    let input = GrowthInput::new(&shot, &stands, &[], &renderer.growth.twigs);
     let grown = compare_placed(&mut renderer, &shot, &stands);
-    renderer.draw_growing(&shot, &stands, &GrowthInput { tiles: vec![], ..input.clone() }).unwrap();
+    draw_growing(&mut renderer, &shot, &stands, &GrowthInput { tiles: vec![], ..input.clone() });
     let roots = Twin { input: &input, pictures: &pictures_of(&renderer) }.roots().len();
     let pixels = (size_px[0] * size_px[1]) as usize;
     assert!(roots > pixels * 6 / 10 && grown > pixels * 3 / 10, "{roots} roots and {grown} grown of {pixels} pixels");
@@ -211,7 +217,7 @@ fn where_there_are_too_many_crowns_the_nearest_grow() {
     let instances: Vec<_> = (0..2100).map(at).collect();
     let growth = GrowthParams { growth_max_m: 5.0, ..GrowthParams::default() };
     let shot = Shot { growth, ..shot(0.0, 0.0, 12.0, [300, 200], Stage::Reshaped) };
-    let input = GrowthInput::new(&shot, &[Stand { tree: &tree, instances: &instances }], &renderer.growth.twigs);
+    let input = GrowthInput::new(&shot, &[Stand { tree: &tree, instances: &instances }], &[], &renderer.growth.twigs);
     let slots = &input.slots[0];
     assert!(input.crowns.len() <= growth::SLOTS && slots.iter().filter(|slot| **slot > 0).count() == (growth::SLOTS - 1) / 2);
     let (left_out, nearest) = (slots.iter().filter(|slot| **slot == 0), slots.iter().position(|slot| *slot == 1).unwrap());
@@ -226,7 +232,7 @@ fn neighbours_of_one_kind_grow_unlike_each_other() {
     let instances = [Instance { id: 1, ..Instance::IDENTITY }, Instance { id: 2, ..Instance::IDENTITY }];
     let shot = shot(0.0, 0.0, 12.0, [300, 200], Stage::Reshaped);
     let limbs = |instances: &[Instance]| {
-        let input = GrowthInput::new(&shot, &[Stand { tree: &tree, instances }], &renderer.growth.twigs);
+        let input = GrowthInput::new(&shot, &[Stand { tree: &tree, instances }], &[], &renderer.growth.twigs);
         input.crowns[1..].iter().map(|c| input.limbs[c.first as usize..][..c.count as usize].to_vec()).collect::<Vec<_>>()
     };
     let all = limbs(&instances);

@@ -1,14 +1,24 @@
 //! The drawer of surfaces: crowns, trunks, branches, leaves, cards that stand or turn.
 
 use super::drawer::{Drawer, PassKind};
-use super::part::{DevicePart, PartStore};
+use super::part::DevicePart;
+use super::placing::{Groups, Placing};
 use super::scene::Scene;
 use super::targets::{COLOR, ID, nearer};
-use crate::gpu::{Gpu, Shader, layout};
+use crate::gpu::{Gpu, Shader};
 
 /// Draws surfaces.
 #[derive(Debug)]
 pub struct MeshDrawer {
+    /// Of trees that are placed one by one.
+    each: Pipelines,
+    /// Of those of a crowd.
+    many: Pipelines,
+}
+
+/// Pipelines for one way of placing trees.
+#[derive(Debug)]
+struct Pipelines {
     /// One-sided, two-sided.
     seen: [wgpu::RenderPipeline; 2],
     /// The same as lines, where the adapter can.
@@ -19,15 +29,23 @@ pub struct MeshDrawer {
 
 impl MeshDrawer {
     /// Compiles its pipelines.
-    pub fn new(gpu: &Gpu, frame: &wgpu::BindGroupLayout, store: &PartStore, sun: &wgpu::BindGroupLayout) -> Self {
-        let (mesh, cast) = (Shader::load(gpu, "mesh"), Shader::load(gpu, "cast"));
-        let mesh_layout = pipeline_layout(gpu, "mesh.layout", &[frame, &store.layout, sun]);
-        let cast_layout = pipeline_layout(gpu, "cast.layout", &[frame, &store.layout]);
+    pub fn new(gpu: &Gpu, groups: &Groups) -> Self {
+        Self { each: Pipelines::new(gpu, groups, Placing::Each), many: Pipelines::new(gpu, groups, Placing::Many) }
+    }
+}
+
+impl Pipelines {
+    fn new(gpu: &Gpu, groups: &Groups, placing: Placing) -> Self {
+        let [mesh, cast] = placing.shaders(gpu, [["mesh", "mesh_of_many"], ["cast", "cast_of_many"]]);
+        let mesh_layout = groups.layout(gpu, "mesh.layout", placing, true);
+        let cast_layout = groups.layout(gpu, "cast.layout", placing, false);
         let sides = [Some(wgpu::Face::Back), None];
         let fill = wgpu::PolygonMode::Fill;
-        let solid = |cull| pipeline(gpu, "cast.solid", &cast_layout, &cast, None, cull, fill);
-        let pierced = |cull| pipeline(gpu, "cast.pierced", &cast_layout, &cast, Some(&[]), cull, fill);
-        let seen = |mode| sides.map(|cull| pipeline(gpu, "mesh.pipeline", &mesh_layout, &mesh, Some(&TARGETS), cull, mode));
+        let buffers = placing.buffers();
+        let solid = |cull| pipeline_of(gpu, "cast.solid", &cast_layout, &cast, &buffers, None, cull, fill);
+        let pierced = |cull| pipeline_of(gpu, "cast.pierced", &cast_layout, &cast, &buffers, Some(&[]), cull, fill);
+        let seen =
+            |mode| sides.map(|cull| pipeline_of(gpu, "mesh.pipeline", &mesh_layout, &mesh, &buffers, Some(&TARGETS), cull, mode));
         let has_lines = gpu.device.features().contains(wgpu::Features::POLYGON_MODE_LINE);
         Self {
             seen: seen(fill),
@@ -36,7 +54,7 @@ impl MeshDrawer {
         }
     }
 
-    fn pipeline(&self, part: &DevicePart, kind: PassKind) -> &wgpu::RenderPipeline {
+    fn of(&self, part: &DevicePart, kind: PassKind) -> &wgpu::RenderPipeline {
         let side = usize::from(part.two_sided);
         match kind {
             PassKind::Shadow => &self.cast[usize::from(part.pierced)][side],
@@ -51,9 +69,12 @@ impl Drawer for MeshDrawer {
             for part in placed.tree.meshes() {
                 let Some((bytes, count)) = placed.placed(part.group) else { continue };
                 pass.set_vertex_buffer(1, scene.instances.slice(bytes));
-                pass.set_pipeline(self.pipeline(part, kind));
+                pass.set_pipeline(self.each.of(part, kind));
                 part.draw(pass, count);
             }
+        }
+        if let Some(crowd) = scene.crowd {
+            crowd.draw(pass, kind, false, |pass, part| pass.set_pipeline(self.many.of(part, kind)));
         }
     }
 }
@@ -72,20 +93,6 @@ pub fn pipeline_layout(gpu: &Gpu, label: &'static str, groups: &[&wgpu::BindGrou
 }
 
 /// A pipeline that keeps what is nearer; without targets it has no fragment stage and draws depth alone.
-pub fn pipeline(
-    gpu: &Gpu,
-    label: &'static str,
-    layout: &wgpu::PipelineLayout,
-    shader: &Shader,
-    targets: Option<&[Option<wgpu::ColorTargetState>]>,
-    cull_mode: Option<wgpu::Face>,
-    polygon_mode: wgpu::PolygonMode,
-) -> wgpu::RenderPipeline {
-    let buffers = [Some(layout::Vertex::LAYOUT), Some(layout::Instance::LAYOUT)];
-    pipeline_of(gpu, label, layout, shader, &buffers, targets, cull_mode, polygon_mode)
-}
-
-/// The same for vertices from other buffers.
 #[expect(clippy::too_many_arguments)]
 pub fn pipeline_of(
     gpu: &Gpu,

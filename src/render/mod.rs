@@ -14,6 +14,7 @@ mod backdrop;
 mod camera;
 mod capture;
 mod composite;
+pub mod crowd;
 mod drawer;
 mod forest;
 #[cfg(test)]
@@ -27,18 +28,22 @@ mod light;
 mod limb;
 mod mesh;
 mod part;
+mod placing;
 mod present;
 mod scene;
+mod screen;
 mod shadow;
 mod targets;
+mod terrain;
 mod tiles;
 mod tree;
 mod wind;
+mod world;
 
 use glam::{Mat4, Vec3};
 use image::RgbaImage;
 
-use crate::geom::Bounds;
+use crate::geom::HeightField;
 use crate::gpu::{Gpu, PassClock, Target, layout, read_texture};
 use crate::model::Part;
 use crate::repr::BuiltTree;
@@ -46,11 +51,14 @@ use crate::{Error, Result};
 
 pub use camera::{Camera, FOV_Y_RAD, Projection};
 pub use capture::GpuCapture;
+pub use crowd::{Batch, Counted, Crowd, CullParams};
 pub use growth::{GrowthChoice, GrowthEdges, GrowthInput, GrowthKeys, GrowthParams, GrowthRoots};
 pub use light::LightParams;
 pub use present::Window;
+pub use terrain::Terrain;
 pub use tree::{CrownShape, Tree};
 pub use wind::WindParams;
+pub use world::{Stand, World};
 
 use backdrop::Backdrop;
 use composite::Composite;
@@ -61,10 +69,13 @@ use impostor::ImpostorDrawer;
 use light::Light;
 use mesh::MeshDrawer;
 use part::PartStore;
+use placing::Groups;
 use scene::Instances;
 use shadow::{SunMap, SunView};
 use targets::{Targets, color_attachment, depth_attachment};
+use terrain::TerrainDrawer;
 use wind::Sway;
+use world::Placed;
 
 crate::choices! {
     /// How far the picture is taken: She fig. 15 b to e.
@@ -132,14 +143,32 @@ pub struct Shot {
     /// Draws every tree as if it were so many heights away, as [`repr::Seen`](crate::repr::Seen) has distances: one level of detail,
     /// wherever the viewer stands. `None` for the level that belongs there.
     pub level_distance: Option<f32>,
+    /// Another viewer than the camera for the choice of levels.
+    pub level_viewer: Option<LevelViewer>,
     /// Number of the frame: only [`GrowthKeys::Random`] asks for it.
     pub frame: u32,
 }
 
+/// Who stands for the camera where levels of detail are chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LevelViewer {
+    /// Where it stands, world space, metres.
+    pub eye: Vec3,
+    /// Everything counts as so many times as far away: more than 1 where the camera moves fast (Truelsen §9.2).
+    pub farther: f32,
+}
+
 impl Shot {
+    /// From where the distances are told by which levels are chosen.
+    pub(crate) fn level_eye(&self) -> Vec3 {
+        self.level_viewer.map_or(self.camera.eye, |viewer| viewer.eye)
+    }
+
     /// [`Camera::heights`] of the picture; a told level is a first number with a second below 0.
     pub(crate) fn heights(&self) -> [f32; 2] {
-        self.level_distance.map_or_else(|| self.camera.heights(self.size_px[1]), |told| [told, -1.0])
+        let farther = self.level_viewer.map_or(1.0, |viewer| viewer.farther);
+        let own = || self.camera.heights(self.size_px[1]).map(|part| farther * part);
+        self.level_distance.map_or_else(own, |told| [told, -1.0])
     }
 
     /// A lit picture under a sky in still air, as the parameters' defaults have it.
@@ -156,18 +185,10 @@ impl Shot {
             wind: WindParams::default(),
             growth: GrowthParams::default(),
             level_distance: None,
+            level_viewer: None,
             frame: 0,
         }
     }
-}
-
-/// A tree and where it stands, as often as it stands there.
-#[derive(Debug)]
-pub struct Stand<'a> {
-    /// What is drawn.
-    pub tree: &'a Tree,
-    /// Where.
-    pub instances: &'a [layout::Instance],
 }
 
 /// A picture taken.
@@ -190,7 +211,9 @@ pub struct Renderer {
     frame: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
     backdrop: Backdrop,
+    grounds: TerrainDrawer,
     parts: PartStore,
+    groups: Groups,
     instances: Instances,
     meshes: MeshDrawer,
     leaves: ForestDrawer,
@@ -203,6 +226,7 @@ pub struct Renderer {
     crowns: wgpu::Buffer,
     targets: Option<Targets>,
     uploaded_bytes: u64,
+    counted: Counted,
     /// Running while a frame is timed.
     clock: Option<PassClock>,
 }
@@ -241,13 +265,16 @@ impl Renderer {
             ],
         });
         let sun = SunMap::new(&gpu, 1);
-        let backdrop = Backdrop::new(&gpu, &frame_layout, &sun.layout);
         let parts = PartStore::new(&gpu);
+        let crowd = crowd::group_layout(&gpu);
+        let groups = Groups { frame: frame_layout, part: parts.layout.clone(), sun: sun.layout.clone(), crowd };
+        let backdrop = Backdrop::new(&gpu, &groups.frame, &groups.sun);
+        let grounds = TerrainDrawer::new(&gpu, &groups);
         let instances = Instances::new(&gpu);
-        let meshes = MeshDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
-        let leaves = ForestDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
-        let impostors = ImpostorDrawer::new(&gpu, &frame_layout, &parts, &sun.layout);
-        let composite = Composite::new(&gpu, &frame_layout);
+        let meshes = MeshDrawer::new(&gpu, &groups);
+        let leaves = ForestDrawer::new(&gpu, &groups);
+        let impostors = ImpostorDrawer::new(&gpu, &groups);
+        let composite = Composite::new(&gpu, &groups.frame);
         let growth = GrowthPass::new(&gpu);
         gpu.check()?;
         Ok(Self {
@@ -255,7 +282,9 @@ impl Renderer {
             frame,
             frame_group,
             backdrop,
+            grounds,
             parts,
+            groups,
             instances,
             meshes,
             leaves,
@@ -267,6 +296,7 @@ impl Renderer {
             crowns,
             targets: None,
             uploaded_bytes: 0,
+            counted: Counted::default(),
             clock: None,
         })
     }
@@ -289,12 +319,32 @@ impl Renderer {
         Ok(tree)
     }
 
+    /// Plants many trees: each of a species, by its number, and where it stands. Whatever the species hold is shared by all.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when they do not fit, [`Error::NoSuchSpecies`] for a number that no species has.
+    pub fn plant(&self, species: Vec<Tree>, trees: &[crowd::Standing]) -> Result<Crowd> {
+        let crowd = Crowd::new(&self.gpu, &self.groups.crowd, species, trees)?;
+        self.gpu.queue.submit([]);
+        Ok(crowd)
+    }
+
+    /// Puts ground onto the device.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when it does not fit.
+    pub fn upload_ground(&self, ground: &HeightField) -> Result<Terrain> {
+        let terrain = self.gpu.guarded(|| Terrain::upload(&self.gpu, ground))?;
+        self.gpu.queue.submit([]);
+        Ok(terrain)
+    }
+
     /// Takes a picture and reads it back.
     ///
     /// # Errors
     /// [`Error::PictureSize`] for one without extent or beyond the device's limit, [`Error::Device`] when the device fails.
-    pub fn picture(&mut self, shot: &Shot, stands: &[Stand]) -> Result<Picture> {
-        self.draw(shot, stands)?;
+    pub fn picture<'a>(&mut self, shot: &Shot, world: impl Into<World<'a>>) -> Result<Picture> {
+        self.draw(shot, world.into())?;
         let targets = self.targets.as_ref().expect("draw makes them");
         let mut color = read_texture(&self.gpu, &targets.frame_color.texture)?;
         if shot.background == Background::Alpha {
@@ -311,8 +361,8 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::picture`].
-    pub fn frame(&mut self, shot: &Shot, stands: &[Stand]) -> Result<()> {
-        self.draw(shot, stands)?;
+    pub fn frame<'a>(&mut self, shot: &Shot, world: impl Into<World<'a>>) -> Result<()> {
+        self.draw(shot, world.into())?;
         self.gpu.wait()
     }
 
@@ -321,9 +371,9 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::picture`].
-    pub fn timed(&mut self, shot: &Shot, stands: &[Stand]) -> Result<Vec<(&'static str, f64)>> {
+    pub fn timed<'a>(&mut self, shot: &Shot, world: impl Into<World<'a>>) -> Result<Vec<(&'static str, f64)>> {
         self.clock = Some(PassClock::new(&self.gpu));
-        let drawn = self.draw(shot, stands);
+        let drawn = self.draw(shot, world.into());
         let clock = self.clock.take().expect("just set");
         drawn?;
         clock.read(&self.gpu)
@@ -344,6 +394,11 @@ impl Renderer {
         self.uploaded_bytes
     }
 
+    /// Draw calls and triangles of trees of the last frame, those for the sun's map among them.
+    pub fn counted(&self) -> Counted {
+        self.counted
+    }
+
     /// The picture that [`Renderer::draw`] made last.
     ///
     /// # Panics
@@ -353,29 +408,47 @@ impl Renderer {
     }
 
     /// Draws a frame into the targets.
-    fn draw(&mut self, shot: &Shot, stands: &[Stand]) -> Result<()> {
+    fn draw(&mut self, shot: &Shot, world: World) -> Result<()> {
         self.resize(shot.size_px)?; // before anything is reckoned for a size that cannot be drawn
-        let growing = GrowthInput::new(shot, stands, &self.growth.twigs);
-        self.draw_growing(shot, stands, &growing)
+        let sun = self.sun_view(shot, &world)?;
+        let World { stands, crowd, ground, cull, frozen } = world;
+        let (mut sent, mut crowd_of_frame, mut near) = (0, None, vec![]);
+        if let Some(crowd) = crowd {
+            sent = crowd.see(&self.gpu, shot, frozen, sun, &cull)?;
+            near = crowd.near();
+            crowd_of_frame = Some(&*crowd);
+        }
+        let near =
+            near.iter().filter_map(|(species, instances)| Some(Stand { tree: &crowd_of_frame?.species()[*species], instances }));
+        let stands: Vec<Stand> = stands.iter().copied().chain(near).collect();
+        let rects = crowd_of_frame.map_or(&[][..], |crowd| &crowd.seen().rects);
+        let growing = GrowthInput::new(shot, &stands, rects, &self.growth.twigs);
+        let placed = Placed { stands: &stands, crowd: crowd_of_frame, ground };
+        self.draw_growing(shot, &placed, &growing, sun)?;
+        self.uploaded_bytes += sent;
+        Ok(())
+    }
+
+    /// What the sun sees of the world, and the side of its map in texels; `None` where nothing casts shadows.
+    fn sun_view(&mut self, shot: &Shot, world: &World) -> Result<Option<(SunView, u32)>> {
+        if shot.stage != Stage::Lit {
+            return Ok(None);
+        }
+        let Some(casters) = world.bounds(Tree::reach, Sway::of(&shot.wind)) else { return Ok(None) };
+        self.sun.resize(&self.gpu, shot.light.shadow_map_px.0)?;
+        let (toward_sun, range_m) = (shot.toward_sun.normalize_or(Vec3::Y), shot.light.shadow_range_m as f32);
+        Ok(Some((SunView::fit(toward_sun, casters, &shot.camera, range_m, self.sun.size_px), self.sun.size_px)))
     }
 
     /// Draws a frame into the targets, in which `growing` grows.
-    fn draw_growing(&mut self, shot: &Shot, stands: &[Stand], growing: &GrowthInput) -> Result<()> {
+    fn draw_growing(&mut self, shot: &Shot, placed: &Placed, growing: &GrowthInput, sun_map: Option<(SunView, u32)>) -> Result<()> {
         self.resize(shot.size_px)?;
         let targets = self.targets.as_ref().expect("just made");
-        let sway = Sway::of(&shot.wind);
-        let ground_m = ground(scene_bounds(stands, Tree::bounds, Sway::NONE));
-        let casters = scene_bounds(stands, Tree::reach, sway).filter(|_| shot.stage == Stage::Lit);
-        if casters.is_some() {
-            self.sun.resize(&self.gpu, shot.light.shadow_map_px.0)?;
-        }
-        let toward_sun = shot.toward_sun.normalize_or(Vec3::Y);
-        let range_m = shot.light.shadow_range_m as f32;
-        let view = casters.map(|casters| SunView::fit(toward_sun, casters, &shot.camera, range_m, self.sun.size_px));
-        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view, ground_m)));
+        let (sway, view) = (Sway::of(&shot.wind), sun_map.map(|(view, _)| view));
+        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view, placed.ground_m())));
         self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
-        let sun_map = view.map(|view| (view, self.sun.size_px));
-        let (scene, mut uploaded_bytes) = self.instances.scene(&self.gpu, shot, stands, growing, sun_map)?;
+        let (scene, mut uploaded_bytes) = self.instances.scene(&self.gpu, shot, placed, growing, sun_map)?;
+        self.counted = scene.counted();
         let gpu = &self.gpu;
         self.sent_bytes = self.leaves.prepare(gpu, &scene)?;
         uploaded_bytes += self.sent_bytes + self.meshes.prepare(gpu, &scene)? + self.impostors.prepare(gpu, &scene)?;
@@ -391,6 +464,9 @@ impl Renderer {
             passed(&mut encoder, "shadow map")?;
         }
         self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background);
+        if let Some(ground) = placed.ground {
+            self.grounds.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, ground);
+        }
         passed(&mut encoder, "backdrop")?;
         let kind = PassKind::Temporary { wireframe: shot.show == Show::Wireframe };
         let mut pass = begin_temporary(&mut encoder, &self.frame_group, &self.sun, targets);
@@ -470,31 +546,6 @@ fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLay
     }
 }
 
-/// The box around everything placed, wherever the wind may push it; `of_tree` is the box of a tree.
-fn scene_bounds(stands: &[Stand], of_tree: impl Fn(&Tree) -> Option<Bounds>, sway: Sway) -> Option<Bounds> {
-    let boxed = stands.iter().filter_map(|stand| Some((of_tree(stand.tree)?, stand)));
-    let corners = boxed.flat_map(|(bounds, stand)| {
-        let reach = Vec3::splat(sway.reach_m(stand.tree.height_m()));
-        let swayed = Bounds { min: bounds.min - reach, max: bounds.max + reach };
-        stand.instances.iter().flat_map(move |instance| placed_corners(swayed, instance))
-    });
-    Bounds::of(corners)
-}
-
-/// The corners of a tree's box where an instance stands.
-fn placed_corners(b: Bounds, instance: &layout::Instance) -> [Vec3; 8] {
-    let at = |x, y, z| scene::placed_point(instance, Vec3::new(x, y, z));
-    let at_height = |y| [at(b.min.x, y, b.min.z), at(b.max.x, y, b.min.z), at(b.min.x, y, b.max.z), at(b.max.x, y, b.max.z)];
-    let ([a, b, c, d], [e, f, g, h]) = (at_height(b.min.y), at_height(b.max.y));
-    [a, b, c, d, e, f, g, h]
-}
-
-/// Where the ground lies: at the origin, as trees stand; below what reaches far under it, as files do that centre their tree. A low twig or a
-/// root may dip into the ground.
-fn ground(scene: Option<Bounds>) -> f32 {
-    scene.filter(|b| b.min.y < -0.1 * b.size().y).map_or(0.0, |b| b.min.y)
-}
-
 fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> layout::Frame {
     let [width, height] = shot.size_px;
     let clip_from_world = shot.camera.clip_from_world(width as f32 / height as f32);
@@ -527,5 +578,7 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> lay
         layer: shot.camera.projection.layer(),
         heights: shot.heights(),
         pad: [0.0; 2],
+        level_eye: shot.level_eye().to_array(),
+        pad2: 0.0,
     }
 }

@@ -32,11 +32,16 @@ pub struct DevicePart {
 }
 
 impl DevicePart {
-    /// Draws it at `count` instances whose buffer is set.
-    pub fn draw(&self, pass: &mut wgpu::RenderPass, count: u32) {
+    /// Binds what it consists of, so that it can be drawn.
+    pub fn bind(&self, pass: &mut wgpu::RenderPass) {
         pass.set_bind_group(1, &self.material, &[]);
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+    }
+
+    /// Draws it at `count` instances whose buffer is set.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass, count: u32) {
+        self.bind(pass);
         pass.draw_indexed(0..self.count, 0, 0..count);
     }
 }

@@ -2,7 +2,8 @@
 
 use image::{Rgba, RgbaImage};
 
-use super::{Renderer, Shot, Stand};
+use super::screen::ScreenPipeline;
+use super::{Renderer, Shot, World};
 use crate::gpu::{Gpu, Shader, upload_mips};
 use crate::{Error, Result};
 
@@ -54,7 +55,13 @@ impl Window {
     ///
     /// # Errors
     /// Those of [`Renderer::picture`].
-    pub fn show(&mut self, renderer: &mut Renderer, shot: &Shot, stands: &[Stand], panel: Option<&RgbaImage>) -> Result<bool> {
+    pub fn show<'a>(
+        &mut self,
+        renderer: &mut Renderer,
+        shot: &Shot,
+        world: impl Into<World<'a>>,
+        panel: Option<&RgbaImage>,
+    ) -> Result<bool> {
         use wgpu::CurrentSurfaceTexture::{Lost, Outdated, Suboptimal, Success};
         let frame = match self.surface.get_current_texture() {
             Success(frame) | Suboptimal(frame) => frame,
@@ -64,7 +71,7 @@ impl Window {
             }
             _ => return renderer.gpu.check().map(|()| false),
         };
-        renderer.draw(shot, stands)?;
+        renderer.draw(shot, world.into())?;
         let (gpu, picture) = (&renderer.gpu, renderer.drawn());
         let blank = RgbaImage::from_pixel(1, 1, Rgba([0; 4]));
         let panel =
@@ -105,25 +112,6 @@ fn pipeline(gpu: &Gpu, format: wgpu::TextureFormat) -> wgpu::RenderPipeline {
     let shader = Shader::load(gpu, "present");
     // A surface that does not encode sRGB by itself is given encoded values.
     let constants = [("ENCODE", if format.is_srgb() { 0.0 } else { 1.0 })];
-    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("present.pipeline"),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &shader.0,
-            entry_point: Some("vs_main"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &shader.0,
-            entry_point: Some("fs_main"),
-            compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
-            targets: &[Some(format.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    let targets = [Some(format.into())];
+    ScreenPipeline { constants: &constants, ..ScreenPipeline::new("present.pipeline", &shader, &targets) }.compiled(gpu)
 }

@@ -10,43 +10,47 @@ use super::growth::GrowthInput;
 use super::shadow::SunView;
 use super::tree::Tree;
 use super::wind::Sway;
-use super::{Camera, Projection, Shot, Stand};
+use super::world::Placed as PlacedWorld;
+use super::{Camera, Counted, Crowd, Projection, Shot, Stand};
 use crate::Result;
 use crate::gpu::{Gpu, KeptBuffer, layout};
 use crate::repr::Seen;
 
 /// Who looks, as far as it decides what is seen.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viewer {
     camera: Camera,
     heights: [f32; 2],
+    level_eye: Vec3,
     toward_sun: Vec3,
 }
 
 impl Viewer {
     /// Of a picture.
     pub fn of(shot: &Shot) -> Self {
-        Self { camera: shot.camera, heights: shot.heights(), toward_sun: shot.toward_sun.normalize_or(Vec3::Y) }
+        let toward_sun = shot.toward_sun.normalize_or(Vec3::Y);
+        Self { camera: shot.camera, heights: shot.heights(), level_eye: shot.level_eye(), toward_sun }
     }
 
-    /// Where the eye is, world space, and how far a thing `d` metres away is in the picture for which distances are told: `x + y · d`.
+    /// From where levels are told, world space, and how far a thing `d` metres away is in the picture for which distances are told:
+    /// `x + y · d`.
     pub fn eye_and_heights(&self) -> (Vec3, [f32; 2]) {
-        (self.camera.eye, self.heights)
+        (self.level_eye, self.heights)
     }
 
-    /// How far it is from a point of a placed tree, in heights of the tree, as [`Seen`] has distances.
-    pub fn distance(&self, tree: &Tree, at: Vec3, instance: &layout::Instance) -> f32 {
+    /// How far it is from a point of a placed tree that is so tall, in heights of the tree, as [`Seen`] has distances.
+    pub fn distance(&self, height_m: f32, at: Vec3, instance: &layout::Instance) -> f32 {
         let [plain, by_distance] = self.heights;
         if by_distance < 0.0 {
             return plain;
         }
-        let way_m = (self.camera.eye - placed_point(instance, at)).length();
-        (plain + by_distance * way_m) / (instance.scale * tree.height_m())
+        let way_m = (self.level_eye - placed_point(instance, at)).length();
+        (plain + by_distance * way_m) / (instance.scale * height_m)
     }
 
     /// How much is seen of a part of a placed tree; `shaders/shared/presence.wgsl` reckons the same.
-    pub fn share(&self, tree: &Tree, seen: &Seen, instance: &layout::Instance, kind: PassKind) -> f32 {
-        let away = |anchor| self.distance(tree, anchor, instance);
+    pub fn share(&self, height_m: f32, seen: &Seen, instance: &layout::Instance, kind: PassKind) -> f32 {
+        let away = |anchor| self.distance(height_m, anchor, instance);
         let by_distance = seen.share_between(away(seen.anchor), away(seen.vanish_anchor.unwrap_or(seen.anchor)));
         if by_distance <= 0.0 {
             return 0.0;
@@ -105,6 +109,8 @@ impl SceneTree<'_> {
 pub struct Scene<'a> {
     seen: Vec<SceneTree<'a>>,
     cast: Vec<SceneTree<'a>>,
+    /// Many trees.
+    pub crowd: Option<&'a Crowd>,
     /// Of all trees, on the device.
     pub instances: &'a wgpu::Buffer,
     /// The same here.
@@ -117,6 +123,21 @@ impl Scene<'_> {
     /// What a pass shows.
     pub fn trees(&self, kind: PassKind) -> &[SceneTree<'_>] {
         if kind == PassKind::Shadow { &self.cast } else { &self.seen }
+    }
+
+    /// Draw calls and triangles of all passes, but for foliage in levels of detail.
+    pub fn counted(&self) -> Counted {
+        let of_kind = |kind| {
+            let of_crowd = self.crowd.map_or(Counted::default(), |crowd| crowd.counted(kind));
+            let parts = self.trees(kind).iter().flat_map(|placed| {
+                let parts = placed.tree.meshes().iter().chain(placed.tree.impostors());
+                parts.filter_map(|part| Some((part, placed.placed(part.group)?.1)))
+            });
+            parts.fold(of_crowd, |sum, (part, count)| {
+                sum + Counted { draws: 1, triangles: u64::from(count) * u64::from(part.count / 3) }
+            })
+        };
+        of_kind(PassKind::Temporary { wireframe: false }) + of_kind(PassKind::Shadow)
     }
 }
 
@@ -141,11 +162,11 @@ impl Instances {
         &'a mut self,
         gpu: &Gpu,
         shot: &Shot,
-        stands: &[Stand<'a>],
+        placed: &PlacedWorld<'a>,
         growing: &GrowthInput,
         sun: Option<(SunView, u32)>,
     ) -> Result<(Scene<'a>, u64)> {
-        let viewer = Viewer::of(shot);
+        let (viewer, stands) = (Viewer::of(shot), placed.stands);
         let mut placing = Placing { viewer, all: Vec::with_capacity(self.kept.len()) };
         let seen = stands.iter().zip(&growing.slots).map(|(stand, slots)| {
             let with_slots = stand.instances.iter().zip(slots).map(|(place, slot)| layout::Instance { extra: *slot, ..*place });
@@ -164,7 +185,8 @@ impl Instances {
             self.buffer.fill(gpu, bytes)?;
             self.kept = placing.all;
         }
-        Ok((Scene { seen, cast, instances: self.buffer.get(), all: &self.kept, viewer }, sent))
+        let instances = self.buffer.get();
+        Ok((Scene { seen, cast, crowd: placed.crowd, instances, all: &self.kept, viewer }, sent))
     }
 }
 
@@ -180,7 +202,7 @@ impl Placing {
         let mut lists: Vec<(Vec<u32>, Placed)> = vec![];
         let everywhere: Vec<u32> = (0..instances.len() as u32).collect();
         let placed = tree.groups().iter().map(|seen| {
-            let is_seen = |i: &u32| self.viewer.share(tree, seen, &instances[*i as usize], kind) > 0.0;
+            let is_seen = |i: &u32| self.viewer.share(tree.height_m(), seen, &instances[*i as usize], kind) > 0.0;
             let list = match seen.is_always() {
                 true => everywhere.clone(),
                 false => everywhere.iter().copied().filter(is_seen).collect(),

@@ -6,7 +6,7 @@ use std::f32::consts::TAU;
 use glam::Vec3;
 
 use super::card::{self, Card};
-use super::{BuiltPart, BuiltTree, Drawn, Facing, Job, Representation, Seen, SourceKind, TreeSource};
+use super::{BuiltPart, BuiltTree, Drawn, Facing, Job, Representation, Seen, SourceKind, TreeSource, not_applicable};
 use crate::params::{ParamSet, ParamSpec, PowerOfTwo};
 use crate::raster::View;
 use crate::{Error, Result};
@@ -73,7 +73,7 @@ impl Representation for Billboard {
         let bounds = job.source.box_of_all()?;
         let foot = job.source.foot();
         let upright = params.turning == Turning::Cylindrical;
-        let pivot = foot.with_y(if upright { 0.0 } else { bounds.center().y });
+        let pivot = foot.with_y(if upright { foot.y } else { bounds.center().y });
 
         let azimuth = |k: u32| TAU * k as f32 / params.views as f32;
         let cards: Vec<Card> = (0..params.views)
@@ -105,8 +105,7 @@ impl Representation for Billboard {
 
 /// What a method says of a tree of which its pictures show nothing.
 pub(super) fn nothing_seen(method: &dyn Representation, source: &TreeSource) -> Error {
-    let why = "nothing of it is seen from the sides that it takes pictures from".to_owned();
-    Error::NotApplicable { method: method.id(), source_name: source.name().to_owned(), why }
+    not_applicable(method, source, "nothing of it is seen from the sides that it takes pictures from".to_owned())
 }
 
 /// The card as it stands when `foot` is in its plane and the viewer in front of it, moved a little towards him.

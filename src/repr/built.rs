@@ -414,25 +414,6 @@ mod tests {
     }
 
     #[test]
-    fn levels_are_as_far_wherever_a_file_has_put_its_tree() {
-        use crate::repr::trial::{tree, tree_at};
-        let settings = crate::repr::Settings::default();
-        for method in ["meshopt", "box-hierarchy", "crossed-planes", "octahedral"] {
-            let trunk = (method == "box-hierarchy").then_some("geometry");
-            let order = crate::repr::Order { method, trunk, settings: &settings, seed: crate::Seed(1) };
-            let built = |source| crate::repr::build(&order, &source, &crate::repr::SoftwareCapture::new()).unwrap();
-            let here = built(tree());
-            for y in [-50.0, 100.0] {
-                let there = built(tree_at(Vec3::Y * y));
-                assert!((there.height_m() - here.height_m()).abs() < 1e-3, "{method} at {y}: {} m", there.height_m());
-                for (a, b) in here.levels.iter().zip(&there.levels) {
-                    assert!((a.distance / b.distance - 1.0).abs() < 0.05, "{method} at {y}: {} and {}", a.distance, b.distance);
-                }
-            }
-        }
-    }
-
-    #[test]
     fn a_side_is_told_by_azimuth_alone_where_asked() {
         let seen = Seen {
             facing: Facing::Toward { axis: Vec3::X, cosines: [0.5, 0.5], level: true, both_sides: false },

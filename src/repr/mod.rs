@@ -261,7 +261,12 @@ pub fn takes(method: &dyn Representation, source: &TreeSource) -> Result<()> {
         let kinds = method.accepts().iter().map(|kind| kind.words()).collect::<Vec<_>>().join(" or ");
         Some(format!("it needs {kinds}, and this is {}", kind.words()))
     };
-    why.map_or(Ok(()), |why| Err(Error::NotApplicable { method: method.id(), source_name: source.name().to_owned(), why }))
+    why.map_or(Ok(()), |why| Err(not_applicable(method, source, why)))
+}
+
+/// That `method` cannot take `source`, and why.
+fn not_applicable(method: &dyn Representation, source: &TreeSource, why: String) -> Error {
+    Error::NotApplicable { method: method.id(), source_name: source.name().to_owned(), why }
 }
 
 fn ids_of(scope: Scope) -> String {

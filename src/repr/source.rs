@@ -203,6 +203,17 @@ impl TreeSource {
         (!seen).then(|| "it has no extent of which a picture could be taken".to_owned())
     }
 
+    /// The true tree whose leaves are known one by one.
+    ///
+    /// # Errors
+    /// Why they are not.
+    pub fn in_leaf(&self) -> Result<&ReferenceTree, String> {
+        match self {
+            Self::Reference(tree) if !tree.leaves.is_empty() => Ok(tree),
+            _ => Err("it has no leaves; --leaves names their material if there are any".to_owned()),
+        }
+    }
+
     /// How outlines grow, where a photograph told.
     pub fn growth(&self) -> Option<Growth> {
         match self {

@@ -201,7 +201,7 @@ impl Representation for Vdf {
     }
 
     fn refuses(&self, source: &TreeSource) -> Option<String> {
-        method::refuses(source)
+        source.in_leaf().err()
     }
 
     fn build(&self, job: &Job) -> Result<BuiltTree> {

@@ -18,11 +18,11 @@ use self::planes::{Leaf, Misfit, Plane, Sheet, sheets};
 use super::card::{Card, captured};
 use super::levels::{Rung, relieving};
 use super::pick::picked;
-use super::{BuiltTree, Capture, Job, Representation, Scope, SourceKind, TreeSource};
+use super::{BuiltTree, Capture, Job, Representation, Scope, SourceKind, TreeSource, not_applicable};
 use crate::geom::{Bounds, PolyMesh, Surface};
 use crate::model::Part;
 use crate::params::{ParamSet, ParamSpec, PowerOfTwo};
-use crate::{Error, Result, Warning};
+use crate::{Result, Warning};
 
 crate::params! {
     /// How a billboard cloud is made.
@@ -85,14 +85,14 @@ impl Representation for BillboardCloud {
     }
 
     fn refuses(&self, source: &TreeSource) -> Option<String> {
-        matches!(source, TreeSource::Reference(tree) if tree.leaves.is_empty()).then(|| "it has no leaves".to_owned())
+        source.in_leaf().err()
     }
 
     fn build(&self, job: &Job) -> Result<BuiltTree> {
         let params: CloudParams = job.settings.read()?;
         let bounds = job.source.box_of_all()?;
         let foliage = Foliage::of(job.source)?;
-        let bound_m = params.bound as f32 * bounds.max.y.max(1e-3);
+        let bound_m = params.bound as f32 * bounds.height_m();
         let counts = &SHARES[..params.levels as usize];
         let made: Vec<Vec<Sheet>> =
             counts.par_iter().map(|share| sheets(&foliage.leaves, planes_of(*share, params.planes), bound_m, job.seed)).collect();
@@ -105,7 +105,7 @@ impl Representation for BillboardCloud {
         let rungs: Vec<Result<Option<Rung>>> = made.par_iter().enumerate().map(rung).collect();
         let rungs = rungs.into_iter().filter_map(Result::transpose).collect::<Result<Vec<Rung>>>()?;
         let warnings = made.first().and_then(|finest| beyond(&foliage.leaves, finest, bound_m)).into_iter().collect();
-        let (parts, levels) = relieving(rungs, bounds.center(), params.error_px as f32, bounds.max.y);
+        let (parts, levels) = relieving(rungs, bounds.center(), params.error_px as f32, bounds.height_m());
         Ok(BuiltTree { levels, warnings, ..BuiltTree::new(bounds, parts) })
     }
 }
@@ -141,7 +141,7 @@ type Polygons = (Vec<[u32; 3]>, Vec<[u32; 4]>);
 
 impl<'a> Foliage<'a> {
     fn of(source: &'a TreeSource) -> Result<Self> {
-        let TreeSource::Reference(tree) = source else { return Err(no_leaves(source)) };
+        let tree = source.in_leaf().map_err(|why| not_applicable(&BillboardCloud, source, why))?;
         let polygons: Vec<(usize, Polygons)> = tree
             .leaves
             .iter()
@@ -154,7 +154,7 @@ impl<'a> Foliage<'a> {
             .collect();
         let parts: Vec<&Part> = tree.foliage.iter().collect();
         let leaves = polygons.par_iter().map(|(part, polygons)| leaf(&parts[*part].surface.mesh, polygons)).collect::<Vec<_>>();
-        if leaves.is_empty() { Err(no_leaves(source)) } else { Ok(Self { parts, polygons, leaves }) }
+        Ok(Self { parts, polygons, leaves })
     }
 
     /// The cards of these sheets with their picture of `side_px` texels a side; `None` where nothing is seen.
@@ -238,10 +238,6 @@ impl<'a> Foliage<'a> {
         }
         Part { surface, ..self.parts[part].clone() }
     }
-}
-
-fn no_leaves(source: &TreeSource) -> Error {
-    Error::NotApplicable { method: BillboardCloud.id(), source_name: source.name().to_owned(), why: "it has no leaves".to_owned() }
 }
 
 /// Each vertex of a leaf once.

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 use super::built::REFERENCE_FOCAL_PX;
 use super::file::Origin;
-use super::{BuiltTree, Capture, Job, Order, Representation, Scope, SourceKind, TreeSource, card, tasks};
+use super::{BuiltTree, Capture, Job, Order, Representation, Scope, SourceKind, TreeSource, card, not_applicable, tasks};
 use crate::geom::{PolyMesh, Surface};
 use crate::model::Part;
 use crate::model::glb::MAX_TEXTURE_PX;
@@ -96,8 +96,7 @@ impl Representation for BoxHierarchy {
     }
 
     fn refuses(&self, source: &TreeSource) -> Option<String> {
-        let leaves = matches!(source, TreeSource::Reference(tree) if !tree.leaves.is_empty());
-        (!leaves).then(|| "it has no leaves to put into boxes".to_owned())
+        source.in_leaf().err()
     }
 
     fn build(&self, job: &Job) -> Result<BuiltTree> {
@@ -145,12 +144,7 @@ fn built(crown: &Crown, source: &TreeSource) -> Result<BuiltTree> {
 /// Those of [`Representation::build`].
 pub fn crown(job: &Job) -> Result<Crown> {
     let params: BoxParams = job.settings.read()?;
-    let refused = |why: &str| Error::NotApplicable {
-        method: BoxHierarchy.id(),
-        source_name: job.source.name().to_owned(),
-        why: why.to_owned(),
-    };
-    let TreeSource::Reference(tree) = job.source else { return Err(refused("it is no true tree")) };
+    let tree = job.source.in_leaf().map_err(|why| not_applicable(&BoxHierarchy, job.source, why))?;
     let rules = Rules {
         least_share: params.least_share as f32,
         least_leaves: params.least_leaves as usize,
@@ -158,9 +152,6 @@ pub fn crown(job: &Job) -> Result<Crown> {
     };
     let branches = Branches::of(tree);
     let planned = plan(&branches, rules);
-    if planned.is_empty() {
-        return Err(refused("it has no leaves to put into boxes"));
-    }
     let height_m = BuiltTree::new(job.source.box_of_all()?, vec![]).height_m();
     let side_px = params.picture_px.0;
     let planes_of = |own: &PlannedBox| planes(own.bounds, params.arrangement, params.slices);

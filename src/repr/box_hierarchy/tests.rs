@@ -415,35 +415,3 @@ fn pictures_without_room_are_refused_before_they_are_taken() {
         assert!(columns.is_power_of_two() && columns * rows >= count && columns * (rows - 1) < count && rows <= columns, "{count}");
     }
 }
-
-/// Prints figures of a preset: `TREE=oak SET="picture_px=128" OUT=folder cargo test box_hierarchy -- --ignored --nocapture`.
-#[test]
-#[ignore = "figures, not a check"]
-fn figures() {
-    let name = std::env::var("TREE").unwrap_or("oak".to_owned());
-    let source = TreeSource::reference(preset(&name));
-    let texts = std::env::var("SET").unwrap_or_default();
-    let settings = Settings::parse(texts.split_whitespace()).unwrap();
-    let capture = SoftwareCapture::default();
-    let job = Job { source: &source, scope: Scope::Foliage, settings: &settings, seed: Seed(1), capture: &capture };
-    let begun = std::time::Instant::now();
-    let crown = crown(&job).unwrap();
-    println!("{name}: {:.2} s", begun.elapsed().as_secs_f32());
-    for (number, own) in crown.boxes.iter().enumerate() {
-        let (size, LeafBox { parent, depth, leaves, divided, distance, .. }) = (own.bounds().size(), own);
-        println!("{number:3} in {parent:?} depth {depth} leaves {leaves:5} divided {divided} from {distance:.2} size {size:.1}");
-    }
-    let begun = std::time::Instant::now();
-    let Stream(files) = stream_of(&crown);
-    println!("stream in {:.2} s: {:?}", begun.elapsed().as_secs_f32(), files.iter().map(|(n, b)| (n, b.len())).collect::<Vec<_>>());
-    println!(
-        "colours: {} bytes in {} texels",
-        stream_of(&crown).color_bytes(),
-        crown.atlases.iter().map(|a| a.color.pixels().len()).sum::<usize>()
-    );
-    let built = BoxHierarchy.build(&job).unwrap();
-    for (level, stats) in crate::repr::Stats::of_levels(&built) {
-        println!("{level}: {stats:?}");
-    }
-    println!("{:?}", built.levels);
-}

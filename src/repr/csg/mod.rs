@@ -135,7 +135,7 @@ impl Tree {
         let over = |one: &&Primitive| (one.center - foot).with_y(0.0).length() < one.half.x.max(one.half.z);
         let higher = |a: &&Primitive, b: &&Primitive| a.center.y.total_cmp(&b.center.y);
         let end = crown.iter().filter(over).max_by(higher).or_else(|| crown.iter().min_by(higher));
-        let top = end.map_or(height, |one| one.center.y).max(height + across);
+        let top = end.map_or(height, |one| one.center.y - foot.y).max(height + across);
         let half = DVec3::new(across, 0.5 * top, across).max(DVec3::splat(1e-3));
         let cylinder = Primitive { shape: Shape::Cylinder, center: foot + DVec3::new(0.5 * aside, 0.5 * top, 0.0), half };
         // A cone reaches farther up, and is as wide half way to the neck.
@@ -145,12 +145,13 @@ impl Tree {
         let Some(picture) = taken(job.capture, &wood, &[Stand::round(0.0)], self.scale)?.pop().flatten() else {
             return Ok(Some(cylinder));
         };
-        let below = picture.foot_px.y - height / metres_per_px;
+        let below = picture.foot_px.y - (foot.y + height) / metres_per_px;
         let bare = Mask::from_fn(picture.crown.width(), picture.crown.height(), |x, y| {
             f64::from(y) > below && picture.crown.get(x.into(), y.into())
         });
         let Some(sight) = Sight::of(&picture, &bare) else { return Ok(Some(cylinder)) };
-        Ok(Some(if sight.agreement_below(&cone, height) > sight.agreement_below(&cylinder, height) { cone } else { cylinder }))
+        let agreement = |one| sight.agreement_below(one, foot.y + height);
+        Ok(Some(if agreement(&cone) > agreement(&cylinder) { cone } else { cylinder }))
     }
 }
 
@@ -164,7 +165,7 @@ fn bark(job: &Job, trunk: &Primitive) -> Result<Option<(RgbaImage, f64)>> {
     let (half, center) = (trunk.half.as_vec3(), trunk.center.as_vec3());
     let side_m = BARK * 2.0 * half.x;
     // Above the flare of the roots.
-    let middle = center.with_y((0.2 * half.y).max(0.5 * side_m));
+    let middle = center.with_y(center.y - half.y + (0.2 * half.y).max(0.5 * side_m));
     let reach = Vec3::new(0.5 * side_m, 0.5 * side_m, 2.0 * half.z);
     let window = Bounds { min: middle - reach, max: middle + reach };
     let view = View::of_window(View::axes_from(0.0, 0.0), window, BARK_PX, BARK_PX);

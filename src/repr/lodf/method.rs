@@ -68,17 +68,12 @@ impl Representation for Lodf {
     }
 
     fn refuses(&self, source: &TreeSource) -> Option<String> {
-        refuses(source)
+        source.in_leaf().err()
     }
 
     fn build(&self, job: &Job) -> Result<BuiltTree> {
         built(job, &job.settings.read()?, false)
     }
-}
-
-/// Without leaves there is nothing to simplify.
-pub fn refuses(source: &TreeSource) -> Option<String> {
-    source.parts(Scope::Foliage).is_empty().then(|| "it has no leaves; --leaves names their material if there are any".to_owned())
 }
 
 /// The foliage of a source as forests; `resent` as [`LeafForest::resent`].

@@ -83,7 +83,7 @@ impl Representation for LodstripsWood {
             Rung { name: format!("{:.0} % of the wood", 100.0 * share), error_m: errors_m.into_iter().fold(0.0, f32::max), parts }
         };
         let rungs = SHARES.par_iter().map(rung).collect();
-        let (parts, levels) = relieving(rungs, bounds.center(), params.error_px as f32, bounds.max.y);
+        let (parts, levels) = relieving(rungs, bounds.center(), params.error_px as f32, bounds.height_m());
         Ok(BuiltTree { levels, ..BuiltTree::new(bounds, parts) })
     }
 }

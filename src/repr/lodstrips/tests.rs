@@ -219,13 +219,3 @@ fn a_bent_twig_grows_no_web() {
         assert!(left < 1.3 * whole, "{left} m² of {whole} m² with {} triangles", model.levels[level].triangles);
     }
 }
-
-/// The table for the report: `cargo test --release --lib lodstrips -- --ignored --nocapture`.
-#[test]
-#[ignore = "takes long; prints figures"]
-fn figures_of_presets() {
-    for name in ["oak", "birch", "spruce", "yew"] {
-        let (source, _) = TreeSource::open(name, &Asked::default(), Seed(1)).unwrap();
-        println!("{name}: {:#?}", measure::compare(&source.parts(Scope::Wood)[0].surface, Seed(1)));
-    }
-}

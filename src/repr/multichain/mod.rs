@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use self::order::Order;
 use super::levels::{BAND, gap_m, middles, switches};
 use super::pick::{area_m2, picked};
-use super::{BuiltPart, BuiltTree, Job, Level, Representation, Scope, Seen, SourceKind, TreeSource};
+use super::{BuiltPart, BuiltTree, Job, Level, Representation, Scope, Seen, SourceKind, TreeSource, not_applicable};
 use crate::geom::Surface;
 use crate::model::Part;
 use crate::model::reference::ReferenceTree;
@@ -20,7 +20,7 @@ use crate::params::{ParamSet, ParamSpec};
 use crate::plant::mesh::{LeafParams, Sheet, WoodParams, leaves, wood};
 use crate::plant::multires::Metric;
 use crate::plant::{BoneKind, Skeleton};
-use crate::{Error, Result, Seed};
+use crate::{Result, Seed};
 
 crate::params! {
     /// How levels are chosen.
@@ -72,11 +72,8 @@ impl Representation for Multichain {
     fn build(&self, job: &Job) -> Result<BuiltTree> {
         let params: MultichainParams = job.settings.read()?;
         let bounds = job.source.box_of_all()?;
-        let (tree, skeleton) = bones(job.source).ok_or_else(|| Error::NotApplicable {
-            method: self.id(),
-            source_name: job.source.name().to_owned(),
-            why: "it has no wood".to_owned(),
-        })?;
+        let no_wood = || not_applicable(self, job.source, "it has no wood".to_owned());
+        let (tree, skeleton) = bones(job.source).ok_or_else(no_wood)?;
         let order = Order::of(skeleton, params.metric)?;
         let ends = ends(&order, params.levels);
         let with_leaves = job.scope == Scope::Tree;

@@ -36,7 +36,7 @@ pub(super) fn cards(job: &Job, bounds: Bounds) -> Result<Vec<Flat>> {
         let Some(window) = window_around(corners, axes) else { return Ok(vec![]) };
         asked.push(Card { name: name.to_owned(), axes, window, plane, size_px: Card::size_px(window, TEXELS) });
     }
-    let placed = [Drawn::Turned { pivot: Vec3::ZERO, upright: true }, Drawn::Still];
+    let placed = [Drawn::Turned { pivot: bounds.foot_y() * Vec3::Y, upright: true }, Drawn::Still];
     let [from, to] = HANDOVER;
     let seen = |axis, cosines| Facing::Toward { axis, cosines, level: false, both_sides: false };
     let facings = [seen(Vec3::NEG_Y, [-to, -from - OVERLAP]), seen(Vec3::Y, [from, to - OVERLAP])];

@@ -45,7 +45,7 @@ pub(super) enum Far {
 /// All levels with their distances.
 pub(super) fn built(ladder: Ladder, bounds: Bounds, growth: Growth, params: &SphereBoardParams) -> Result<BuiltTree> {
     let error_px = params.error_px;
-    let height_m = bounds.max.y.max(1e-3);
+    let height_m = bounds.height_m();
     // So far away something of that size has as many pixels as may be wrong.
     let hidden_from = |metres: f32, px: f64| REFERENCE_FOCAL_PX * metres / (height_m * px as f32);
     let grown_m = 0.5 * (growth.min_m + growth.max_m) as f32;

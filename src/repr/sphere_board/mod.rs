@@ -155,7 +155,7 @@ pub(super) fn leafless(source: &TreeSource) -> Option<String> {
 /// How a true tree's outline grows, measured on its first picture.
 fn growth(subject: &Subject, bounds: Bounds) -> Growth {
     let (rough, metres_per_px) = subject.clusters.iter().find_map(Cluster::roughness).unwrap_or((Roughness::of(&[]), 0.0));
-    Growth::measured(&rough, metres_per_px, f64::from(bounds.max.y.max(1e-3)), ProfileChoice::Auto)
+    Growth::measured(&rough, metres_per_px, f64::from(bounds.height_m()), ProfileChoice::Auto)
 }
 
 impl Subject {

@@ -210,12 +210,14 @@ impl Cluster {
 /// where no wood is.
 fn trunk(job: &Job, clusters: &[Cluster], bounds: Bounds, scale: Scale) -> Result<Option<Part>> {
     let Some(first) = clusters.first().filter(|_| job.source.points(Scope::Wood).next().is_some()) else { return Ok(None) };
-    let center = first.hull.middle();
+    // A trunk's shape stands at y = 0, wherever the tree does.
+    let foot = bounds.foot_y() * Vec3::Y;
+    let center = first.hull.middle() - foot;
     let mut shape = match trunk_seen(job.capture, job.source, 0.0, scale)? {
         Some((cues, metres_per_px)) => TrunkShape::seen(&cues, metres_per_px, center),
         None => {
             let base = clusters.iter().map(|cluster| cluster.outline.axis_base.y).fold(f64::MAX, f64::min) as f32;
-            TrunkShape::guessed(Vec3::new(0.0, base, 0.0), center, f64::from(bounds.max.y))
+            TrunkShape::guessed(base * Vec3::Y - foot, center, f64::from(bounds.height_m()))
         }
     };
     // Where it stands in depth is known from the wood alone. Bare between clusters, it is seen up to the largest.
@@ -231,25 +233,26 @@ fn trunk(job: &Job, clusters: &[Cluster], bounds: Bounds, scale: Scale) -> Resul
     let mut part = shape.build().part();
     let (neck, tip) = (shape.neck, shape.tip);
     for cluster in &clusters[1..] {
-        let end = cluster.hull.middle();
+        let end = cluster.hull.middle() - foot;
         let aside = Vec3::new(end.x - neck.x, 0.0, end.z - neck.z).length();
         // It leaves the trunk somewhat lower than it ends.
         let share = ((end.y - RISE * aside - neck.y) / (tip.y - neck.y).max(1e-3)).clamp(0.0, 0.95);
         let thick = LIMB * shape.width_m;
         part.surface.append(limb(neck.lerp(tip, share), end, [thick, 0.4 * thick]));
     }
+    part.surface.mesh.positions.iter_mut().for_each(|p| *p += foot);
     Ok(Some(part))
 }
 
 /// Slabs in which the trunk is followed upwards.
 const SLABS: usize = 60;
 
-/// Where the trunk is at a height: its wood is followed up from the foot, slab by slab.
+/// Where the trunk is at a height above its foot: its wood is followed up from there, slab by slab.
 fn course(job: &Job, bounds: Bounds, width_m: f32) -> impl Fn(f32) -> Vec3 {
-    let slab_m = (bounds.max.y / SLABS as f32).max(1e-6);
+    let (foot_y, slab_m) = (bounds.foot_y(), bounds.height_m() / SLABS as f32);
     let slab_of = move |y: f32| ((y / slab_m).max(0.0) as usize).min(SLABS - 1);
     let mut slabs = vec![Vec::new(); SLABS];
-    job.source.points(Scope::Wood).for_each(|p| slabs[slab_of(p.y)].push(p));
+    job.source.points(Scope::Wood).for_each(|p| slabs[slab_of(p.y - foot_y)].push(p));
     let mut at = Vec3::ZERO;
     let mut places = Vec::new();
     for slab in &slabs {

@@ -1,0 +1,350 @@
+//! Many placed trees on the device: a grove. Trees of a species share what was uploaded of it; each takes 16 bytes, and 4 more in each list
+//! of what is seen. In every frame [`cull`] says which trees a picture shows in which of their species' groups; a group is drawn by one
+//! indirect call for each of its parts, however many trees there are. While nothing moves, nothing is culled and nothing is sent.
+
+mod cells;
+mod cull;
+mod frustum;
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use super::drawer::PassKind;
+use super::part::DevicePart;
+use super::shadow::SunView;
+use super::tree::Tree;
+use super::{Camera, Shot, Stage};
+use crate::geom::Bounds;
+use crate::gpu::{Gpu, KeptBuffer, layout, upload_buffer};
+use crate::repr::Seen;
+use crate::{Error, Result};
+
+use cells::Cells;
+use cull::{Culled, Look, cull};
+
+crate::params! {
+    /// Which of many trees are drawn, and how.
+    pub struct CullParams {
+        /// Trees lower than that in the picture are left out.
+        least_px: f64 = 0.7, in 0.0..=100.0, unit "px", source "ours: what is less than a pixel high is hardly there";
+        /// Sphere-boards at least so high in the picture are reshaped: their outlines grow.
+        reshape_px: f64 = 48.0, in 1.0..=4096.0, unit "px", source "She §3.5: 140 of 540, those that are near; ours: by size on the screen";
+        /// How many are drawn by one call.
+        batch: Batch = Batch::Indirect, unit "", source "ours; Truelsen §5.3 has the other two";
+    }
+}
+
+crate::choices! {
+    /// How many trees a draw call draws (Truelsen §5, fig. 32).
+    pub enum Batch {
+        /// One: the brute force.
+        Naive = "naive",
+        /// All that share a part, through a buffer of numbers and an indirect call.
+        Indirect = "indirect",
+    }
+}
+
+/// What culling has to know of a species; object space, metres.
+#[derive(Debug, Clone)]
+pub struct Shape {
+    /// When its parts are seen.
+    pub groups: Vec<Seen>,
+    /// The box around whatever is drawn of it.
+    pub reach: Bounds,
+    /// Around that, from the point of its axis at half its height.
+    pub radius_m: f32,
+    /// Its height.
+    pub height_m: f32,
+    /// It has outlines that grow.
+    pub grows: bool,
+    /// Its foliage is drawn tree by tree.
+    pub alone: bool,
+}
+
+impl Shape {
+    fn of(tree: &Tree) -> Option<Self> {
+        let reach = tree.reach()?;
+        let across = reach.min.abs().max(reach.max.abs()).with_y(0.5 * reach.size().y);
+        Some(Self {
+            groups: tree.groups().to_vec(),
+            reach,
+            radius_m: across.length(),
+            height_m: tree.height_m(),
+            grows: !tree.crowns().is_empty(),
+            alone: !tree.forests().is_empty(),
+        })
+    }
+
+    /// The box around a placed tree, however it is turned.
+    fn reach_at(&self, placed: &layout::Placed) -> Bounds {
+        let across = Vec3::new(self.radius_m, 0.0, self.radius_m);
+        let (foot, scale) = (Vec3::from(placed.position), placed.scale());
+        Bounds {
+            min: foot + scale * (self.reach.min.y * Vec3::Y - across),
+            max: foot + scale * (self.reach.max.y * Vec3::Y + across),
+        }
+    }
+
+    /// Whether a tree so high in the picture is drawn by itself.
+    fn is_near(&self, height_px: f32, look: &Look) -> bool {
+        self.alone || self.grows && look.reshapes(height_px)
+    }
+}
+
+/// A tree of a crowd: its species and where it stands.
+pub use cells::Standing;
+
+/// Many placed trees.
+#[derive(Debug)]
+pub struct Crowd {
+    species: Vec<Tree>,
+    shapes: Vec<Shape>,
+    cells: Cells,
+    placed: Vec<layout::Placed>,
+    bounds: Option<Bounds>,
+    /// The placed trees on the device, as the drawers bind them.
+    group: wgpu::BindGroup,
+    device: Device,
+    /// For what the lists on the device were made.
+    kept: Option<(Look, Culled)>,
+}
+
+/// What is sent anew when what is seen changes.
+#[derive(Debug)]
+struct Device {
+    lists: KeptBuffer,
+    calls: KeptBuffer,
+}
+
+/// How the drawers bind the placed trees: their group 3.
+pub fn group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("crowd.layout"),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::VERTEX,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: true },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }],
+    })
+}
+
+impl Crowd {
+    /// Trees of these species at these places.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when they do not fit; [`Error::Internal`] where a tree is of a species that is not there.
+    pub(super) fn new(gpu: &Gpu, layout: &wgpu::BindGroupLayout, species: Vec<Tree>, trees: &[Standing]) -> Result<Self> {
+        let nothing = Shape {
+            groups: vec![],
+            reach: Bounds { min: Vec3::ZERO, max: Vec3::ZERO },
+            radius_m: 0.0,
+            height_m: 1.0,
+            grows: false,
+            alone: false,
+        };
+        let shapes: Vec<Shape> = species.iter().map(|tree| Shape::of(tree).unwrap_or_else(|| nothing.clone())).collect();
+        if let Some((which, _)) = trees.iter().find(|(which, _)| usize::from(*which) >= species.len()) {
+            return Err(Error::NoSuchSpecies { found: *which, species: species.len() });
+        }
+        let (cells, placed) = Cells::sort(trees, &shapes);
+        let bounds = Bounds::of(cells.cells.iter().flat_map(|cell| [cell.bounds.min, cell.bounds.max]));
+        let buffer = gpu.guarded(|| {
+            let none = [bytemuck::Zeroable::zeroed()];
+            let placed = if placed.is_empty() { &none[..] } else { &placed[..] };
+            upload_buffer(gpu, "crowd.placed", bytemuck::cast_slice(placed), wgpu::BufferUsages::STORAGE)
+        })?;
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("crowd.group"),
+            layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
+        });
+        let device = Device {
+            lists: KeptBuffer::new(gpu, "crowd.lists", wgpu::BufferUsages::VERTEX),
+            calls: KeptBuffer::new(gpu, "crowd.calls", wgpu::BufferUsages::INDIRECT),
+        };
+        Ok(Self { species, shapes, cells, placed, bounds, group, device, kept: None })
+    }
+
+    /// Its species.
+    pub fn species(&self) -> &[Tree] {
+        &self.species
+    }
+
+    /// Around all trees, in still air.
+    pub fn bounds(&self) -> Option<Bounds> {
+        self.bounds
+    }
+
+    /// The tallest tree, metres.
+    pub fn tallest_m(&self) -> f32 {
+        self.cells.cells.iter().map(|cell| cell.tallest_m).fold(0.0, f32::max)
+    }
+
+    /// How many trees there are.
+    pub fn len(&self) -> usize {
+        self.placed.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.placed.is_empty()
+    }
+
+    /// Bytes on the device beyond what the species hold: places, lists, calls.
+    pub fn device_bytes(&self) -> u64 {
+        let placed = size_of_val(&self.placed[..]) as u64;
+        placed + self.device.lists.get().size() + self.device.calls.get().size()
+    }
+
+    /// Finds what a picture shows and sends the lists that have changed; gives how many bytes that were.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when memory runs out.
+    pub(super) fn see(
+        &mut self,
+        gpu: &Gpu,
+        shot: &Shot,
+        frozen: Option<Camera>,
+        sun: Option<(SunView, u32)>,
+        params: &CullParams,
+    ) -> Result<u64> {
+        let look = Look::new(shot, frozen, sun, params);
+        let known = self.kept.take().filter(|(kept, _)| *kept == look);
+        if known.is_some() {
+            self.kept = known;
+            return Ok(0);
+        }
+        let culled = cull(&self.cells, &self.placed, &self.shapes, &look);
+        let calls: Vec<[u32; 5]> = self.calls(&culled.lists);
+        self.device.lists.fill(gpu, bytemuck::cast_slice(&culled.entries))?;
+        self.device.calls.fill(gpu, bytemuck::cast_slice(&calls))?;
+        let sent = size_of_val(&culled.entries[..]) + size_of_val(&calls[..]);
+        self.kept = Some((look, culled));
+        Ok(sent as u64)
+    }
+
+    /// The arguments of every draw: part by part of each species, for the picture and then for the sun.
+    fn calls(&self, lists: &[Range<u32>]) -> Vec<[u32; 5]> {
+        let mut calls = vec![];
+        for pass in 0..2 {
+            let mut first = pass * lists.len() / 2;
+            for tree in &self.species {
+                calls.extend(parts(tree).map(|part| [part.count, lists[first + part.group].len() as u32, 0, 0, 0]));
+                first += tree.groups().len();
+            }
+        }
+        calls
+    }
+
+    /// What the last picture showed.
+    ///
+    /// # Panics
+    /// Before the first.
+    pub(super) fn seen(&self) -> &Culled {
+        &self.kept.as_ref().expect("see comes first").1
+    }
+
+    /// Trees of the last picture that are drawn by themselves, species by species.
+    pub(super) fn near(&self) -> Vec<(usize, Vec<layout::Instance>)> {
+        let instance = |(_, tree): &(u16, u32)| self.placed[*tree as usize].instance(*tree);
+        let of_one = |run: &[(u16, u32)]| (usize::from(run[0].0), run.iter().map(instance).collect());
+        self.seen().near.chunk_by(|a, b| a.0 == b.0).map(of_one).collect()
+    }
+
+    /// How many trees the last picture showed in each group of a species, those that are drawn alone left out.
+    pub fn shown(&self, species: usize) -> Vec<usize> {
+        let first: usize = self.shapes[..species].iter().map(|shape| shape.groups.len()).sum();
+        let lists = &self.seen().lists;
+        (0..self.shapes[species].groups.len()).map(|group| lists[first + group].len()).collect()
+    }
+
+    /// Draws those of its parts that are meshes, or those that are impostors; `ready` sets the pipeline of each.
+    pub(super) fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass,
+        kind: PassKind,
+        impostors: bool,
+        ready: impl Fn(&mut wgpu::RenderPass, &DevicePart),
+    ) {
+        let Some((look, Culled { lists, .. })) = &self.kept else { return };
+        let of_sun = usize::from(kind == PassKind::Shadow);
+        let mut first = of_sun * lists.len() / 2;
+        let mut call = of_sun * self.species.iter().map(|tree| parts(tree).count()).sum::<usize>();
+        pass.set_bind_group(3, &self.group, &[]);
+        for tree in &self.species {
+            for (number, part) in parts(tree).enumerate() {
+                let list = &lists[first + part.group];
+                if list.is_empty() || impostors != (number >= tree.meshes().len()) {
+                    continue;
+                }
+                ready(pass, part);
+                part.bind(pass);
+                let bytes = |number: u32| u64::from(number) * size_of::<u32>() as u64;
+                pass.set_vertex_buffer(1, self.device.lists.get().slice(bytes(list.start)..bytes(list.end)));
+                match look.batch() {
+                    Batch::Naive => (0..list.len() as u32).for_each(|one| pass.draw_indexed(0..part.count, 0, one..one + 1)),
+                    Batch::Indirect => {
+                        let arguments = (call + number) * size_of::<[u32; 5]>();
+                        pass.draw_indexed_indirect(self.device.calls.get(), arguments as u64);
+                    }
+                }
+            }
+            first += tree.groups().len();
+            call += parts(tree).count();
+        }
+    }
+
+    /// Draw calls and triangles of the last picture in a pass.
+    pub(super) fn counted(&self, kind: PassKind) -> Counted {
+        let Some((look, Culled { lists, .. })) = &self.kept else { return Counted::default() };
+        let mut counted = Counted::default();
+        let mut first = if kind == PassKind::Shadow { lists.len() / 2 } else { 0 };
+        for tree in &self.species {
+            for part in parts(tree) {
+                let trees = lists[first + part.group].len() as u64;
+                counted.draws += if look.batch() == Batch::Naive { trees } else { trees.min(1) };
+                counted.triangles += trees * u64::from(part.count / 3);
+            }
+            first += tree.groups().len();
+        }
+        counted
+    }
+}
+
+/// The parts of a tree that a crowd draws.
+fn parts(tree: &Tree) -> impl Iterator<Item = &DevicePart> {
+    tree.meshes().iter().chain(tree.impostors())
+}
+
+/// What a frame has drawn of trees.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counted {
+    /// Draw calls.
+    pub draws: u64,
+    /// Triangles, seen or not.
+    pub triangles: u64,
+}
+
+impl std::ops::Add for Counted {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { draws: self.draws + other.draws, triangles: self.triangles + other.triangles }
+    }
+}
+
+impl Shot {
+    /// Whether outlines grow in it.
+    fn grows(&self) -> bool {
+        self.stage != Stage::Unshaped && self.growth.growth != super::GrowthChoice::None
+    }
+}
+
+#[cfg(test)]
+mod tests;
