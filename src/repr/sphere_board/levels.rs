@@ -78,6 +78,8 @@ pub(super) fn built(ladder: Ladder, bounds: Bounds, growth: Growth, params: &Sph
         });
         parts.extend(crowns.map(|part| BuiltPart::still(part).seen(seen(level))));
     }
+    // Pictures show the wood, too.
+    let bare_until = if matches!(ladder.far, Far::Looks(_)) { to_far } else { to_flat };
     match ladder.far {
         Far::Crowns(crowns) => parts.extend(crowns.into_iter().map(|part| {
             let part = Part { name: format!("{}_{}", NAMES[2], part.name), crown_center: None, ..part };
@@ -88,7 +90,7 @@ pub(super) fn built(ladder: Ladder, bounds: Bounds, growth: Growth, params: &Sph
             look.seen(Seen { facing, ..seen(2) })
         })),
     }
-    parts.extend(ladder.wood.map(|wood| BuiltPart::still(wood).seen(Seen::between(anchor, 0.0, to_flat, BAND))));
+    parts.extend(ladder.wood.map(|wood| BuiltPart::still(wood).seen(Seen::between(anchor, 0.0, bare_until, BAND))));
     let flat = seen(3);
     parts.extend(ladder.cards.into_iter().map(|card| BuiltPart {
         part: card.part,

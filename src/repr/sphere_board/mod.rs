@@ -7,6 +7,7 @@
 mod flat;
 mod levels;
 pub(super) mod picture;
+mod relief;
 pub(super) mod subject;
 mod tone;
 mod views;
@@ -51,25 +52,15 @@ crate::params! {
         polygons_mid: u32 = 600, in 60..=10_000, unit "polygons", source "ours: a half of the outline's detail";
         /// Polygons of all crowns in the coarse level.
         polygons_far: u32 = 150, in 40..=5_000, unit "polygons", source "ours: a half of that";
-        /// From how many azimuths, at each of two elevations and once from above, a true tree is pictured for its coarse level, which shows the
+        /// From how many azimuths, at each of three elevations and once from above, a true tree is pictured for its coarse level, which shows the
         /// picture nearest to the viewer; 0 for one texture, as nearer levels have.
         looks: u32 = 4, in 0..=12, unit "views", source "ours: from afar what is seen through a crown differs from side to side";
         /// Texels of those pictures along the tree's longest side.
         look_px: u32 = 128, in 16..=512, unit "texels", source "ours: as many as it has pixels";
         /// How many pixels high a true tree is where those pictures take over.
         look_from_px: f64 = 170.0, in 16.0..=1000.0, unit "px", source "ours: a texel is a pixel or somewhat more";
-        /// x
-        x_whole: u32 = 1, in 0..=1, unit "", source "ours";
-        /// x
-        x_rings: u32 = 2, in 2..=3, unit "", source "ours";
-        /// x
-        x_relief: f64 = 1.0, in 0.0..=1.0, unit "", source "ours";
-        /// x
-        x_outset: f64 = 0.02, in 0.0..=1.0, unit "", source "ours";
-        /// x
-        x_normals: u32 = 2, in 1..=64, unit "", source "ours";
-        /// x
-        x_tone: f64 = 1.0, in 0.0..=2.0, unit "", source "ours";
+        /// Polygons of all crowns that carry those pictures.
+        look_polygons: u32 = 200, in 40..=5_000, unit "polygons", source "ours: with fewer, corners of the outline are cut off";
         /// Side of the finest level's atlas; each coarser level has half of it.
         texture_size: PowerOfTwo = PowerOfTwo(512), in 64..=2048, unit "texels", source "ours: as `model` has it";
         /// Most crowns of one tree.
@@ -136,7 +127,7 @@ impl Representation for SphereBoard {
         // A model and what is only grown are known from the photographs alone.
         let all_seen = subject.finest.is_none() && params.depth == Unseen::Seen && params.above == Unseen::Seen;
         let far = || match all_seen && params.looks > 0 {
-            true => views::parts(job, &outer, bounds, &params).map(Far::Looks),
+            true => views::parts(job, &outer, wood.as_ref(), bounds, &params).map(Far::Looks),
             false => built(params.polygons_far, 2).map(Far::Crowns),
         };
         let (near, (mid, far)) = rayon::join(|| built(params.polygons, 0), || rayon::join(|| built(params.polygons_mid, 1), far));

@@ -171,7 +171,7 @@ fn kept(surface: &Surface, keep: impl Fn(usize) -> bool) -> Surface {
 }
 
 impl Cluster {
-    pub(super) fn of(job: &Job, parts: &[Part], azimuths: u32, params: &SphereBoardParams, scale: Scale) -> Result<Self> {
+    fn of(job: &Job, parts: &[Part], azimuths: u32, params: &SphereBoardParams, scale: Scale) -> Result<Self> {
         let mut stands: Vec<Stand> = (0..azimuths).map(|i| Stand::round(i as f32 * TAU / azimuths as f32)).collect();
         stands.extend((params.above == Unseen::Seen).then_some(Stand::ABOVE));
         let pictured = stands.len();
