@@ -184,6 +184,8 @@ fn rust_structs() -> Vec<Layout> {
             radius_m,
             vanish_anchor,
             pad,
+            rises,
+            sinks,
         }),
     ]
 }

@@ -7,6 +7,7 @@
 mod flat;
 mod levels;
 pub(super) mod picture;
+mod reduced;
 mod relief;
 pub(super) mod subject;
 mod tone;

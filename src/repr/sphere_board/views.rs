@@ -13,6 +13,7 @@ use image::{RgbaImage, imageops};
 use rayon::prelude::*;
 
 use super::SphereBoardParams;
+use super::reduced::reduced;
 use super::relief::Relief;
 use crate::Result;
 use crate::crown::{self, CrownParams, Hull};
@@ -35,6 +36,8 @@ const RINGS: [Ring; 3] = [
 ];
 /// How far a view shows beyond its own sector, where the next takes over.
 const BLEND: f32 = 0.07;
+/// A texel is the mean of so many pixels along each side.
+const FINER: u32 = 3;
 /// A texel of the normals has so many of the picture along each side. Shading by single leaves would be lighter the farther away they are, as
 /// normals that point everywhere average to one that points up.
 const NORMALS: u32 = 4;
@@ -67,13 +70,15 @@ pub(super) fn parts(
         facings.push(facing);
     }
     let parts = job.source.parts(job.scope);
-    let views: Vec<View> = cards.iter().map(Card::view).collect();
+    let finer = |card: &Card| Card { size_px: card.size_px.map(|side| FINER * side), ..card.clone() }.view();
+    let views: Vec<View> = cards.iter().map(finer).collect();
     let taken = job.capture.take(&parts, &views)?;
     let leaves = card::leaves(job.capture, &parts, &views, &taken)?;
-    let looks = cards.par_iter().zip(&views).zip(&taken).zip(&leaves).zip(facings);
-    let worn = looks.filter_map(|((((card, view), taken), leaves), facing)| {
-        let mut part = card::of_capture(card, taken, leaves)?;
-        part.surface = wearing(Relief::of(view, taken).raised(&mesh), card);
+    let looks = cards.par_iter().zip(&taken).zip(&leaves).zip(facings);
+    let worn = looks.filter_map(|(((card, taken), leaves), facing)| {
+        let (taken, leaves) = reduced(taken, leaves, FINER);
+        let mut part = card::of_capture(card, &taken, &leaves)?;
+        part.surface = wearing(Relief::of(&card.view(), &taken).raised(&mesh), card);
         part.material.two_sided = false;
         part.material.texture = part.material.texture.map(|picture| Arc::new(fuller(&picture)));
         part.material.normal_texture = part.material.normal_texture.map(|normals| {
