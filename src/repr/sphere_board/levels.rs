@@ -13,13 +13,15 @@ use crate::repr::{BuiltPart, BuiltTree, Level, REFERENCE_FOCAL_PX, Seen};
 
 /// Over which share of its distance a level fades.
 const BAND: f32 = 0.15;
+/// And where crowns give way to what is seen of the tree, which is not only coarser but another thing.
+const WIDE_BAND: f32 = 0.25;
 /// Every level lasts so many times as far as the one before it at least, and none begins beyond the farthest.
 const LEAST_STEP: f32 = 1.6;
 const FARTHEST: f32 = 400.0;
 /// The finest level is there up to so many heights at least.
 const NEAREST: f32 = 2.5;
 /// From where on a tree that is pictured from all sides is a mere card: a dozen pixels high.
-const FLAT: f32 = 100.0;
+const FLAT: f32 = 120.0;
 /// Rows and columns on which outlines are compared.
 const CELLS: u32 = 320;
 /// From where they are compared: azimuth and elevation, radians.
@@ -67,7 +69,8 @@ pub(super) fn built(ladder: Ladder, bounds: Bounds, growth: Growth, params: &Sph
     };
     let ends = [0.0, to_mid, to_far, to_flat, f32::MAX];
     let anchor = bounds.center();
-    let seen = |level: usize| Seen::between(anchor, ends[level], ends[level + 1], BAND);
+    let band = if matches!(ladder.far, Far::Looks(_)) { WIDE_BAND } else { BAND };
+    let seen = |level: usize| Seen::between(anchor, ends[level], ends[level + 1], band);
     let mut parts: Vec<BuiltPart> = Vec::new();
     for (level, crowns) in ladder.meshes.into_iter().enumerate() {
         let grows = ends[level] < growing_until;
@@ -90,7 +93,7 @@ pub(super) fn built(ladder: Ladder, bounds: Bounds, growth: Growth, params: &Sph
             look.seen(Seen { facing, ..seen(2) })
         })),
     }
-    parts.extend(ladder.wood.map(|wood| BuiltPart::still(wood).seen(Seen::between(anchor, 0.0, bare_until, BAND))));
+    parts.extend(ladder.wood.map(|wood| BuiltPart::still(wood).seen(Seen::between(anchor, 0.0, bare_until, band))));
     let flat = seen(3);
     parts.extend(ladder.cards.into_iter().map(|card| BuiltPart {
         part: card.part,
@@ -98,7 +101,7 @@ pub(super) fn built(ladder: Ladder, bounds: Bounds, growth: Growth, params: &Sph
         seen: Seen { facing: card.facing, ..flat },
     }));
     let middle =
-        |level: usize| if level == 3 { 1.5 * to_flat } else { 0.5 * (ends[level].max(1.0) + ends[level + 1] * (1.0 - BAND)) };
+        |level: usize| if level == 3 { 1.5 * to_flat } else { 0.5 * (ends[level].max(1.0) + ends[level + 1] * (1.0 - band)) };
     let levels = (0..4).map(|level| Level { name: NAMES[level].to_owned(), distance: middle(level) }).collect();
     Ok(BuiltTree { levels, growth: Some(growth), ..BuiltTree::new(bounds, parts) })
 }

@@ -45,7 +45,7 @@ const NORMALS: u32 = 4;
 const OUTSET: f64 = 0.05;
 /// Times the alpha that keeps the covered area at the alpha test. Seen between two sizes of a picture, and from between two views, less of it is
 /// there; with this much, what is there is the true tree's within a few percent (`examples/sphere_score`).
-const FULLER: f32 = 1.25;
+const FULLER: f32 = 1.1;
 /// Empty texels round each picture: what lies beyond it is not there.
 const MARGIN: f32 = 2.0;
 
