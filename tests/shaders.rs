@@ -168,7 +168,22 @@ fn rust_structs() -> Vec<Layout> {
             tree_half,
             pad4,
         }),
-        rust_struct!(Presence { anchor, grid, appears, vanishes, axis, radius_m, pivot, pad, vanish_anchor, pad2, cosines, pad3 }),
+        rust_struct!(Presence {
+            anchor,
+            grid,
+            appears,
+            vanishes,
+            axis,
+            radius_m,
+            pivot,
+            pad,
+            vanish_anchor,
+            pad2,
+            cosines,
+            rises,
+            sinks,
+            pad3,
+        }),
     ]
 }
 

@@ -12,6 +12,14 @@ fn rise(ends: vec2f, distance: f32) -> f32 {
     return (distance - ends.x) / (ends.y - ends.x);
 }
 
+// By a cosine or a sine; ends that fall count the other way round.
+fn share_between(ends: vec2f, cosine: f32) -> f32 {
+    if ends.y != ends.x {
+        return saturate((cosine - ends.x) / (ends.y - ends.x));
+    }
+    return select(0.0, 1.0, cosine >= ends.y);
+}
+
 fn share_toward(toward: vec3f, normal: vec3f) -> f32 {
     if (PART_FACING & FACING) == 0u {
         return 1.0;
@@ -27,11 +35,11 @@ fn share_toward(toward: vec3f, normal: vec3f) -> f32 {
     if (PART_FACING & FACING_BOTH) != 0u {
         cosine = abs(cosine);
     }
-    let ends = presence.cosines;
-    if ends.y != ends.x {
-        return saturate((cosine - ends.x) / (ends.y - ends.x));
+    let share = share_between(presence.cosines, cosine);
+    if (PART_FACING & FACING_SECTOR) == 0u {
+        return share;
     }
-    return select(0.0, 1.0, cosine >= ends.y);
+    return share * share_between(presence.rises, toward.y) * (1.0 - share_between(presence.sinks, toward.y));
 }
 
 // How far the viewer is from a point of the tree, in its heights.

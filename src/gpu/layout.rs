@@ -19,6 +19,7 @@ pub const SHARED_NUMBERS: &[(&str, u32)] = &[
     ("FACING_LEVEL", Presence::FACING_LEVEL),
     ("FACING_BOTH", Presence::FACING_BOTH),
     ("FACING_OWN", Presence::FACING_OWN),
+    ("FACING_SECTOR", Presence::FACING_SECTOR),
     ("FADE_NEVER", Presence::FADE_NEVER),
     ("FADE_ALPHA", Presence::FADE_ALPHA),
     ("TURNED_UPRIGHT", Presence::TURNED_UPRIGHT),
@@ -167,6 +168,10 @@ pub struct Presence {
     pub pad2: f32,
     /// Where it begins to be seen by the cosine to that side, and where it is seen wholly.
     pub cosines: [f32; 2],
+    /// In a sector: sines of the viewer's elevation between which it comes to be seen.
+    pub rises: [f32; 2],
+    /// And between which it ceases to be.
+    pub sinks: [f32; 2],
     /// Unused: keeps the size a multiple of 16.
     pub pad3: [f32; 2],
 }
@@ -186,6 +191,8 @@ impl Presence {
     pub const FACING_BOTH: u32 = 4;
     /// By each polygon's own normal.
     pub const FACING_OWN: u32 = 8;
+    /// And by elevation.
+    pub const FACING_SECTOR: u32 = 16;
     /// A card that turns about the vertical.
     pub const TURNED_UPRIGHT: u32 = 1;
     /// A card that faces whoever sees it.
