@@ -69,8 +69,13 @@ pub(super) fn built(ladder: Ladder, bounds: Bounds, growth: Growth, params: &Sph
     };
     let ends = [0.0, to_mid, to_far, to_flat, f32::MAX];
     let anchor = bounds.center();
-    let band = if matches!(ladder.far, Far::Looks(_)) { WIDE_BAND } else { BAND };
-    let seen = |level: usize| Seen::between(anchor, ends[level], ends[level + 1], band);
+    let looks = matches!(ladder.far, Far::Looks(_));
+    // Of the end at which each level begins.
+    let bands = if looks { [0.0, BAND, WIDE_BAND, WIDE_BAND, 0.0] } else { [BAND; 5] };
+    let seen = |level: usize| Seen {
+        vanishes: Seen::between(anchor, 0.0, ends[level + 1], bands[level + 1]).vanishes,
+        ..Seen::between(anchor, ends[level], f32::MAX, bands[level])
+    };
     let mut parts: Vec<BuiltPart> = Vec::new();
     for (level, crowns) in ladder.meshes.into_iter().enumerate() {
         let grows = ends[level] < growing_until;
@@ -82,7 +87,7 @@ pub(super) fn built(ladder: Ladder, bounds: Bounds, growth: Growth, params: &Sph
         parts.extend(crowns.map(|part| BuiltPart::still(part).seen(seen(level))));
     }
     // Pictures show the wood, too.
-    let bare_until = if matches!(ladder.far, Far::Looks(_)) { to_far } else { to_flat };
+    let last = if looks { 1 } else { 2 };
     match ladder.far {
         Far::Crowns(crowns) => parts.extend(crowns.into_iter().map(|part| {
             let part = Part { name: format!("{}_{}", NAMES[2], part.name), crown_center: None, ..part };
@@ -93,15 +98,17 @@ pub(super) fn built(ladder: Ladder, bounds: Bounds, growth: Growth, params: &Sph
             look.seen(Seen { facing, ..seen(2) })
         })),
     }
-    parts.extend(ladder.wood.map(|wood| BuiltPart::still(wood).seen(Seen::between(anchor, 0.0, bare_until, band))));
+    parts.extend(ladder.wood.map(|wood| BuiltPart::still(wood).seen(Seen { appears: [0.0; 2], ..seen(last) })));
     let flat = seen(3);
     parts.extend(ladder.cards.into_iter().map(|card| BuiltPart {
         part: card.part,
         drawn: card.drawn,
         seen: Seen { facing: card.facing, ..flat },
     }));
-    let middle =
-        |level: usize| if level == 3 { 1.5 * to_flat } else { 0.5 * (ends[level].max(1.0) + ends[level + 1] * (1.0 - band)) };
+    let middle = |level: usize| {
+        let begins = ends[level] * if looks { 1.0 + bands[level] } else { 1.0 };
+        if level == 3 { 1.5 * to_flat } else { 0.5 * (begins.max(1.0) + ends[level + 1] * (1.0 - bands[level + 1])) }
+    };
     let levels = (0..4).map(|level| Level { name: NAMES[level].to_owned(), distance: middle(level) }).collect();
     Ok(BuiltTree { levels, growth: Some(growth), ..BuiltTree::new(bounds, parts) })
 }
