@@ -242,6 +242,7 @@ pub struct Renderer {
     cast: Option<(u64, crowd::SunLook)>,
     counted: Counted,
     prepared_ms: f64,
+    frame_ms: f64,
     /// Running while a frame is timed.
     clock: Option<PassClock>,
 }
@@ -312,6 +313,7 @@ impl Renderer {
             cast: None,
             counted: Counted::default(),
             prepared_ms: 0.0,
+            frame_ms: 0.0,
             clock: None,
         })
     }
@@ -388,7 +390,9 @@ impl Renderer {
     /// As [`Renderer::picture`].
     pub fn timed<'a>(&mut self, shot: &Shot, world: impl Into<World<'a>>) -> Result<Vec<(&'static str, f64)>> {
         self.clock = Some(PassClock::new(&self.gpu));
-        let drawn = self.draw(shot, world.into());
+        let begun = Instant::now();
+        let drawn = self.draw(shot, world.into()).and_then(|()| self.gpu.wait());
+        self.frame_ms = begun.elapsed().as_secs_f64() * 1e3;
         let clock = self.clock.take().expect("just set");
         drawn?;
         clock.read(&self.gpu)
@@ -407,6 +411,11 @@ impl Renderer {
     /// Bytes of instances, and of what drawers keep of them, that the last frame sent to the device; 0 when nothing had changed.
     pub fn uploaded_bytes(&self) -> u64 {
         self.uploaded_bytes
+    }
+
+    /// Milliseconds from the beginning of the last frame that was timed until the device had finished it.
+    pub fn frame_ms(&self) -> f64 {
+        self.frame_ms
     }
 
     /// Milliseconds that the last frame took before anything was drawn: which trees are seen, what grows.

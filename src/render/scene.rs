@@ -35,7 +35,9 @@ impl Viewer {
 
     /// The same who sees a tree as large as it is on the sun's map, wherever it stands.
     pub fn at_sun(self, view: &SunView) -> Self {
-        Self { heights: [view.level_m(), 0.0], ..self }
+        // Where the viewer stands must not matter, or the map would be another with every step.
+        let camera = Camera::orbit(Vec3::ZERO, 0.0, 0.0, 1.0);
+        Self { heights: [view.level_m(), 0.0], camera, level_eye: camera.eye, ..self }
     }
 
     /// From where levels are told, world space, and how far a thing `d` metres away is in the picture for which distances are told:

@@ -12,6 +12,9 @@ use crate::repr::REFERENCE_FOCAL_PX;
 /// Sides of the map grow in steps of this factor, so that texels keep their size while a scene changes a little.
 const STEP: f32 = 1.090_507_7; // ⁸√2
 
+/// So many times as far away as its texels say are the levels of trees on a map of many.
+const COARSER: f32 = 3.0;
+
 /// How far a wide map moves at once, as a share of the range.
 const LEAP: f32 = 0.2;
 
@@ -54,9 +57,10 @@ impl SunView {
         Self { clip_from_world: clip_from_sun * Mat4::from_mat3(sun_from_world), texel_m, depth_m }
     }
 
-    /// How far away, in metres of the picture for which distances are told, trees look as large as they are on the map.
+    /// How far away, in metres of the picture for which distances are told, trees look as fine as their shadows have to be: as large as they
+    /// are on the map, and coarser, since a shadow is but a soft outline.
     pub fn level_m(&self) -> f32 {
-        REFERENCE_FOCAL_PX * self.texel_m
+        COARSER * REFERENCE_FOCAL_PX * self.texel_m
     }
 
     /// Whether anything of a sphere may be on the map.

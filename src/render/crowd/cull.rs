@@ -149,7 +149,12 @@ impl Many<'_> {
     /// What a picture shows of them.
     pub fn seen(self, look: &Look) -> Culled {
         let asking = InPicture { many: self, look, frustum: Frustum::new(&look.clip_from_world()) };
-        let shares = self.shares(&|cell, share| asking.cell(cell, share));
+        // From front to back, so that what is hidden need not be shaded.
+        let away = |cell: &Cell| look.camera.eye.distance(look.camera.eye.clamp(cell.bounds.min, cell.bounds.max));
+        let mut cells: Vec<(f32, &Cell)> = self.cells.cells.par_iter().map(|cell| (away(cell), cell)).collect();
+        cells.par_sort_by(|a, b| a.0.total_cmp(&b.0));
+        let cells: Vec<&Cell> = cells.into_iter().map(|(_, cell)| cell).collect();
+        let shares = self.shares(&cells, &|cell, share| asking.cell(cell, share));
         let mut culled = Culled { lists: Lists::of(&shares, self.groups()), ..Culled::default() };
         for share in shares {
             culled.near.extend(share.near);
@@ -162,7 +167,8 @@ impl Many<'_> {
 
     /// What casts shadows on the sun's map.
     pub fn cast(self, look: &SunLook) -> Lists {
-        let shares = self.shares(&|cell, share| {
+        let cells: Vec<&Cell> = self.cells.cells.iter().collect();
+        let shares = self.shares(&cells, &|cell, share| {
             let bounds = swayed(cell, look.sway);
             if !look.view.sees(bounds.center(), 0.5 * bounds.size().length(), look.size_px) {
                 return false;
@@ -185,10 +191,10 @@ impl Many<'_> {
     }
 
     /// What `ask` adds for each cell; it says whether anything of a cell may be seen.
-    fn shares(self, ask: &(dyn Fn(&Cell, &mut Share) -> bool + Sync)) -> Vec<Share> {
+    fn shares(self, cells: &[&Cell], ask: &(dyn Fn(&Cell, &mut Share) -> bool + Sync)) -> Vec<Share> {
         let groups = self.groups();
-        let chunks = self.cells.cells.par_chunks(CELLS_AT_ONCE);
-        let share = |cells: &[Cell]| {
+        let chunks = cells.par_chunks(CELLS_AT_ONCE);
+        let share = |cells: &[&Cell]| {
             let mut share = Share { lists: vec![vec![]; groups], ..Share::default() };
             let asked = cells.iter().map(|cell| ask(cell, &mut share));
             asked.fold(false, |any, seen| any || seen).then_some(share)
