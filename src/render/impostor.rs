@@ -1,5 +1,6 @@
 //! The drawer of octahedral impostors (Brucks 2018): `shaders/shared/octahedral.wgsl` has the method.
 
+use super::Crowd;
 use super::drawer::{Drawer, PASSES, PassKind};
 use super::pipelines::Pipelines;
 use super::placing::{Groups, Placing};
@@ -17,15 +18,19 @@ pub struct ImpostorDrawer {
     each: Pipelines,
     /// Of those of a crowd.
     many: Pipelines,
+    /// Of those of a crowd in batches.
+    batched: Pipelines,
 }
 
 impl ImpostorDrawer {
     /// Without any pipeline yet.
     pub fn new(gpu: &Gpu, groups: &Groups) -> Self {
         let of = |placing, shaders| Pipelines::of_parts(gpu, groups, placing, shaders, false);
+        let of_many = ["impostor_of_many", "impostor_cast_of_many"];
         Self {
             each: of(Placing::Each, ["impostor", "impostor_cast"]),
-            many: of(Placing::Many, ["impostor_of_many", "impostor_cast_of_many"]),
+            many: of(Placing::Many, of_many),
+            batched: of(Placing::Batched, of_many),
         }
     }
 }
@@ -38,7 +43,9 @@ impl Drawer for ImpostorDrawer {
                 drawn.for_each(|part| self.each.ready(gpu, part, kind, scene.traits));
             }
             for part in scene.crowd.iter().flat_map(|crowd| crowd.drawn(kind, true)) {
-                self.many.ready(gpu, part, kind, scene.traits);
+                let batched = scene.crowd.is_some_and(Crowd::is_batched);
+                let of_crowd = if batched { &mut self.batched } else { &mut self.many };
+                of_crowd.ready(gpu, part, kind, scene.traits);
             }
         }
         Ok(0)
@@ -54,7 +61,8 @@ impl Drawer for ImpostorDrawer {
             }
         }
         if let Some(crowd) = scene.crowd {
-            crowd.draw(pass, kind, true, |pass, part| pass.set_pipeline(self.many.of(part, kind, scene.traits)));
+            let of_crowd = if crowd.is_batched() { &self.batched } else { &self.many };
+            crowd.draw(pass, kind, true, |pass, part| pass.set_pipeline(of_crowd.of(part, kind, scene.traits)));
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The drawer of surfaces: crowns, trunks, branches, leaves, cards that stand or turn.
 
+use super::Crowd;
 use super::drawer::{Drawer, PASSES, PassKind};
 use super::pipelines::Pipelines;
 use super::placing::{Groups, Placing};
@@ -14,13 +15,16 @@ pub struct MeshDrawer {
     each: Pipelines,
     /// Of those of a crowd.
     many: Pipelines,
+    /// Of those of a crowd in batches.
+    batched: Pipelines,
 }
 
 impl MeshDrawer {
     /// Without any pipeline yet.
     pub fn new(gpu: &Gpu, groups: &Groups) -> Self {
         let of = |placing, shaders| Pipelines::of_parts(gpu, groups, placing, shaders, true);
-        Self { each: of(Placing::Each, ["mesh", "cast"]), many: of(Placing::Many, ["mesh_of_many", "cast_of_many"]) }
+        let of_many = ["mesh_of_many", "cast_of_many"];
+        Self { each: of(Placing::Each, ["mesh", "cast"]), many: of(Placing::Many, of_many), batched: of(Placing::Batched, of_many) }
     }
 }
 
@@ -32,7 +36,9 @@ impl Drawer for MeshDrawer {
                 drawn.for_each(|part| self.each.ready(gpu, part, kind, scene.traits));
             }
             for part in scene.crowd.iter().flat_map(|crowd| crowd.drawn(kind, false)) {
-                self.many.ready(gpu, part, kind, scene.traits);
+                let batched = scene.crowd.is_some_and(Crowd::is_batched);
+                let of_crowd = if batched { &mut self.batched } else { &mut self.many };
+                of_crowd.ready(gpu, part, kind, scene.traits);
             }
         }
         Ok(0)
@@ -48,7 +54,8 @@ impl Drawer for MeshDrawer {
             }
         }
         if let Some(crowd) = scene.crowd {
-            crowd.draw(pass, kind, false, |pass, part| pass.set_pipeline(self.many.of(part, kind, scene.traits)));
+            let of_crowd = if crowd.is_batched() { &self.batched } else { &self.many };
+            crowd.draw(pass, kind, false, |pass, part| pass.set_pipeline(of_crowd.of(part, kind, scene.traits)));
         }
     }
 }

@@ -116,8 +116,16 @@ impl PartStore {
         let indices: Vec<u32> = surface.mesh.triangulated().flatten().collect();
         let buffer = |label, contents, usage| upload_buffer(gpu, label, contents, usage);
         DevicePart {
-            vertices: buffer("part.vertices", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
-            indices: buffer("part.indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
+            vertices: buffer(
+                "part.vertices",
+                bytemuck::cast_slice(&vertices),
+                wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_SRC,
+            ),
+            indices: buffer(
+                "part.indices",
+                bytemuck::cast_slice(&indices),
+                wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_SRC,
+            ),
             count: indices.len() as u32,
             material: self.bind(gpu, part, material_of(part, place), presence_of(drawn, seen), textures),
             two_sided: part.material.two_sided,

@@ -128,7 +128,7 @@ impl Pipelines {
     /// Those of parts with vertices of their own.
     pub fn of_parts(gpu: &Gpu, groups: &Groups, placing: Placing, [seen, cast]: [&'static str; 2], solid: bool) -> Self {
         let style = Style { seen, cast, buffers: placing.buffers(), solid, grows: placing == Placing::Each };
-        Self::new(gpu, style, groups, (placing == Placing::Many).then_some(&groups.crowd))
+        Self::new(gpu, style, groups, (placing != Placing::Each).then_some(&groups.crowd))
     }
 
     /// Makes the one for a part, unless there is one.

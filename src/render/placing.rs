@@ -10,6 +10,8 @@ pub enum Placing {
     Each,
     /// They are a crowd's: the second vertex buffer has their numbers, group 3 their places.
     Many,
+    /// The same, with a number for each vertex.
+    Batched,
 }
 
 impl Placing {
@@ -17,7 +19,15 @@ impl Placing {
     pub fn buffers(self) -> &'static [Option<wgpu::VertexBufferLayout<'static>>] {
         const EACH: &[Option<wgpu::VertexBufferLayout<'static>>] = &[Some(layout::Vertex::LAYOUT), Some(layout::Instance::LAYOUT)];
         const MANY: &[Option<wgpu::VertexBufferLayout<'static>>] = &[Some(layout::Vertex::LAYOUT), Some(layout::Placed::LIST)];
-        if self == Self::Each { EACH } else { MANY }
+        const BATCHED: &[Option<wgpu::VertexBufferLayout<'static>>] = &[
+            Some(layout::Vertex::LAYOUT),
+            Some(wgpu::VertexBufferLayout { step_mode: wgpu::VertexStepMode::Vertex, ..layout::Placed::LIST }),
+        ];
+        match self {
+            Self::Each => EACH,
+            Self::Many => MANY,
+            Self::Batched => BATCHED,
+        }
     }
 }
 

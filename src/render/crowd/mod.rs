@@ -5,6 +5,7 @@
 mod cells;
 mod cull;
 mod frustum;
+mod vbo;
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -24,6 +25,7 @@ use crate::{Error, Result};
 use cells::Cells;
 pub(super) use cull::SunLook;
 use cull::{Culled, Lists, Look, Many};
+use vbo::Batches;
 
 crate::params! {
     /// Which of many trees are drawn, and how.
@@ -42,6 +44,8 @@ crate::choices! {
     pub enum Batch {
         /// One: the brute force.
         Naive = "naive",
+        /// All that share a part, through an index buffer that is written anew in every frame: Truelsen's batches.
+        Vbo = "vbo",
         /// All that share a part, through a buffer of numbers and an indirect call.
         Indirect = "indirect",
     }
@@ -112,6 +116,8 @@ pub struct Crowd {
     /// For what they were made.
     kept: Option<(Look, Culled)>,
     kept_sun: Option<(SunLook, Lists)>,
+    /// What [`Batch::Vbo`] draws, once that was asked for.
+    batches: Option<Batches>,
     /// Unlike that of any other.
     number: u64,
 }
@@ -199,7 +205,7 @@ impl Crowd {
         static PLANTED: AtomicU64 = AtomicU64::new(0);
         let number = PLANTED.fetch_add(1, Ordering::Relaxed);
         let device = [Device::new(gpu), Device::new(gpu)];
-        Ok(Self { species, shapes, cells, placed, bounds, group, device, kept: None, kept_sun: None, number })
+        Ok(Self { species, shapes, cells, placed, bounds, group, device, kept: None, kept_sun: None, batches: None, number })
     }
 
     /// Its species.
@@ -230,7 +236,7 @@ impl Crowd {
     /// Bytes on the device beyond what the species hold: places, lists, calls.
     pub fn device_bytes(&self) -> u64 {
         let placed = size_of_val(&self.placed[..]) as u64;
-        placed + self.device.iter().map(Device::bytes).sum::<u64>()
+        placed + self.device.iter().map(Device::bytes).sum::<u64>() + self.batches.as_ref().map_or(0, Batches::bytes)
     }
 
     /// Finds what a picture shows and what casts shadows on it, and sends the lists that have changed; gives how many bytes that were.
@@ -249,17 +255,34 @@ impl Crowd {
         let (look, sun) = (Look::new(shot, frozen, params), sun.map(|sun| SunLook::new(shot, sun)));
         let [seen, cast] = &mut self.device;
         let mut sent = 0;
+        let batched = params.batch == Batch::Vbo;
+        if batched != self.batches.is_some() {
+            (self.kept, self.kept_sun) = (None, None);
+            self.batches = None;
+            if batched {
+                self.batches = Some(Batches::new(gpu, &self.species, &self.cells, self.placed.len())?);
+            }
+        }
         if self.kept.as_ref().is_none_or(|(kept, _)| *kept != look) {
             self.kept = None; // forgotten if the device refuses
             let culled = many.seen(&look);
-            sent += seen.fill(gpu, &self.species, &culled.lists)?;
+            sent += match &mut self.batches {
+                Some(batches) => {
+                    let lists = (&culled.lists.entries[..], &culled.lists.lists[..]);
+                    batches.fill(gpu, PassKind::Temporary, &self.species, lists)?
+                }
+                None => seen.fill(gpu, &self.species, &culled.lists)?,
+            };
             self.kept = Some((look, culled));
         }
         if self.kept_sun.as_ref().map(|(kept, _)| *kept) != sun {
             self.kept_sun = None;
             if let Some(look) = sun {
                 let lists = many.cast(&look);
-                sent += cast.fill(gpu, &self.species, &lists)?;
+                sent += match &mut self.batches {
+                    Some(batches) => batches.fill(gpu, PassKind::Shadow, &self.species, (&lists.entries, &lists.lists))?,
+                    None => cast.fill(gpu, &self.species, &lists)?,
+                };
                 self.kept_sun = Some((look, lists));
             }
         }
@@ -321,6 +344,11 @@ impl Crowd {
         })
     }
 
+    /// Whether its trees are drawn as Truelsen's batches.
+    pub(super) fn is_batched(&self) -> bool {
+        self.batches.is_some()
+    }
+
     /// Draws those of its parts that are meshes, or those that are impostors; `ready` sets the pipeline of each.
     pub(super) fn draw(
         &self,
@@ -336,7 +364,7 @@ impl Crowd {
         let device = &self.device[usize::from(kind == PassKind::Shadow)];
         let (mut first, mut call) = (0, 0);
         pass.set_bind_group(3, &self.group, &[]);
-        for tree in &self.species {
+        for (species, tree) in self.species.iter().enumerate() {
             for (number, part) in parts(tree).enumerate() {
                 let list = &lists[first + part.group];
                 if list.is_empty() || impostors != (number >= tree.meshes().len()) {
@@ -344,11 +372,15 @@ impl Crowd {
                 }
                 ready(pass, part);
                 part.bind(pass);
+                if let Some(batches) = &self.batches {
+                    batches.draw(pass, kind, species, number);
+                    continue;
+                }
                 let bytes = |number: u32| u64::from(number) * size_of::<u32>() as u64;
                 pass.set_vertex_buffer(1, device.lists.get().slice(bytes(list.start)..bytes(list.end)));
                 match look.batch() {
                     Batch::Naive => (0..list.len() as u32).for_each(|one| pass.draw_indexed(0..part.count, 0, one..one + 1)),
-                    Batch::Indirect => {
+                    Batch::Indirect | Batch::Vbo => {
                         let arguments = (call + number) * size_of::<[u32; 5]>();
                         pass.draw_indexed_indirect(device.calls.get(), arguments as u64);
                     }

@@ -105,7 +105,7 @@ fn a_crowd_looks_as_its_trees_do_one_by_one() {
     let above = Shot { camera: Camera::orbit(Vec3::ZERO, 0.3, 1.3, 400.0), ..shot() };
     for shot in [shot(), told, aside, above] {
         let expected = one_by_one(&mut renderer, &shot, &trees());
-        for batch in [Batch::Indirect, Batch::Naive] {
+        for batch in [Batch::Indirect, Batch::Vbo, Batch::Naive] {
             let seen = renderer.picture(&shot, world(&mut crowd, batch)).unwrap();
             let covered = seen.depth_m.iter().filter(|d| d.is_finite()).count();
             // Their turns are rounded to 16 bits in another way.
