@@ -185,7 +185,7 @@ fn html(
     };
     let picture = |picture: &Picture| {
         let frame = frames.get(picture.frame as usize);
-        context! { file => picture.file, frame => picture.frame, time_s => frame.map(|f| f.time_s), ms => frame.map(|f| short(f.ms)),
+        context! { file => picture.file.as_str(), frame => picture.frame, time_s => frame.map(|f| f.time_s), ms => frame.map(|f| short(f.ms)),
         trees => frame.map(|f| grouped(f.trees)) }
     };
     let data = page::json(&data(summary, moments, names))?;
