@@ -18,7 +18,7 @@ use crate::repr::SoftwareCapture;
 use crate::{Result, Warning, files};
 
 use super::batch::{progress_bar, text_of};
-use super::{Outcome, look, options, say, subject};
+use super::{Outcome, look, options, say, scenes, subject};
 
 /// The command's arguments.
 pub fn command() -> Command {
@@ -26,7 +26,14 @@ pub fn command() -> Command {
     let file = |name: &'static str, value: &'static str| text(name, value).value_parser(value_parser!(PathBuf));
     let command = Command::new("grove")
         .about("Thousands of trees on a terrain: drive through them and see what a frame costs")
-        .arg(Arg::new("scene").value_name("SCENE.toml").value_parser(value_parser!(PathBuf)).help("A scene file"))
+        .after_help(scenes::short_help())
+        .after_long_help(scenes::help())
+        .arg(
+            Arg::new("scene")
+                .value_name("SCENE.toml")
+                .value_parser(value_parser!(PathBuf))
+                .help("A scene file; the end of `--help` says what it holds"),
+        )
         .arg(
             text("preset", "NAME")
                 .conflicts_with("scene")
@@ -182,7 +189,8 @@ impl Taken<'_> {
         let step = all.div_ceil(MOST_VIDEO_FRAMES);
         let frames = all.div_ceil(step);
         if step > 1 {
-            let told = format!("the moving picture has {frames} of {all} frames, each {step}th: it holds {MOST_VIDEO_FRAMES} at most");
+            let told =
+                format!("the moving picture has {frames} of {all} frames, each {step}th: it holds {MOST_VIDEO_FRAMES} at most");
             subject::warn("video", &[Warning::new("video-thinned", told)]);
         }
         let bar = progress_bar(u64::from(frames));

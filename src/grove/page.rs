@@ -153,11 +153,16 @@ fn charts(summary: &Summary, moments: &[Moment], names: &[String]) -> Vec<(&'sta
     let frame_words = format!(
         "What a frame takes, pass upon pass; the line is the whole frame until the device had finished it, by the clock on the wall.{mean}"
     );
-    let level_words = "As Truelsen's fig. 31, trees in place of billboards. A tree that goes from one level to the next is counted in both; \
+    let level_words =
+        "As Truelsen's fig. 31, trees in place of billboards. A tree that goes from one level to the next is counted in both; \
                        trees that are drawn by themselves (outlines that grow, leaves of their own) are in none."
-        .to_owned();
+            .to_owned();
     vec![
-        ("frame-time", frame_words, chart("Milliseconds of a frame", "ms", [cpu].into_iter().chain(passes).chain([whole]).collect())),
+        (
+            "frame-time",
+            frame_words,
+            chart("Milliseconds of a frame", "ms", [cpu].into_iter().chain(passes).chain([whole]).collect()),
+        ),
         ("levels", level_words, chart("Trees in the picture, by level", "trees", levels.chain([near, seen]).collect())),
         (
             "triangles",

@@ -164,11 +164,8 @@ impl Chart {
         let top = self.draw_names(root, &font(16, &SOFT))?;
         let mut builder = ChartBuilder::on(root);
         builder.margin_top(top).margin_right(16 * fine).margin_bottom(6 * fine).margin_left(6 * fine);
-        let mut chart = builder
-            .x_label_area_size(46 * fine)
-            .y_label_area_size(64 * fine)
-            .build_cartesian_2d(x, y)
-            .map_err(internal)?;
+        let mut chart =
+            builder.x_label_area_size(46 * fine).y_label_area_size(64 * fine).build_cartesian_2d(x, y).map_err(internal)?;
         let short = |value: &f64| short(*value);
         chart
             .configure_mesh()
