@@ -203,6 +203,7 @@ fn html(
         TEMPLATE,
         context! {
             summary => Value::from(Serde(summary)),
+            trees => grouped(summary.trees),
             facts => facts(summary),
             passes => passes.collect::<Vec<_>>(),
             plots => plots.iter().map(plot).collect::<Vec<_>>(),
