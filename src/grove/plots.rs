@@ -12,7 +12,7 @@ use crate::{Error, Result};
 pub enum Drawn {
     /// The area between it and those before it, on which it stands.
     Area,
-    /// A line, with a dot at each point where there are few.
+    /// A line, with a dot at each point where there are few; a single point has its name beside it.
     Line,
     /// A thin line in the colour of words: what the others come to.
     Total,
@@ -56,8 +56,8 @@ pub struct Chart {
 pub struct Drawing {
     /// A whole SVG file.
     pub svg: String,
-    /// Left and right end of the axis along, of the width of the drawing.
-    pub inside: [f64; 2],
+    /// Left, right, upper and lower end of the axes, of the width and height of the drawing.
+    pub inside: [f64; 4],
     /// The values there.
     pub along: [f64; 2],
 }
@@ -80,9 +80,11 @@ const COLORS: [(&str, RGBColor); 11] = [
     ("line", RGBColor(0xd9, 0xde, 0xd7)),
     ("paper", RGBColor(0xfb, 0xfb, 0xf8)),
 ];
-/// Curves that have a colour of their own; all after them share `rest`.
+/// Colours of curves. Lines after them have the same again, in dashes; areas are all `rest`.
 const OWN: usize = 6;
 const REST: usize = 6;
+/// Dashes and gaps of lines: the first six have none.
+const DASHES: [[i32; 2]; 3] = [[1, 0], [9, 5], [2, 5]];
 const INK: RGBColor = COLORS[7].1;
 const SOFT: RGBColor = COLORS[8].1;
 const LINE: RGBColor = COLORS[9].1;
@@ -124,7 +126,7 @@ impl Chart {
         let [width, height] = size;
         let own = format!("width=\"{width}\" height=\"{height}\"");
         let shown = format!("width=\"{}\" height=\"{}\" role=\"img\" aria-label=\"{}\"", SIZE[0], SIZE[1], escaped(&self.title));
-        Ok(Drawing { svg: svg.replacen(&own, &shown, 1), inside: inside.map(|at| f64::from(at) / f64::from(width)), along: xs })
+        Ok(Drawing { svg: svg.replacen(&own, &shown, 1), inside, along: xs })
     }
 
     /// Points that can be drawn, areas standing on those before them.
@@ -153,7 +155,7 @@ impl Chart {
         }
     }
 
-    fn draw_on<X, Y>(&self, root: &Area, x: X, y: Y) -> Result<[i32; 2]>
+    fn draw_on<X, Y>(&self, root: &Area, x: X, y: Y) -> Result<[f64; 4]>
     where
         X: AsRangedCoord<Value = f64, CoordDescType: ValueFormatter<f64>>,
         Y: AsRangedCoord<Value = f64, CoordDescType: ValueFormatter<f64>>,
@@ -165,7 +167,7 @@ impl Chart {
         let mut builder = ChartBuilder::on(root);
         builder.margin_top(top).margin_right(16 * fine).margin_bottom(6 * fine).margin_left(6 * fine);
         let mut chart =
-            builder.x_label_area_size(46 * fine).y_label_area_size(64 * fine).build_cartesian_2d(x, y).map_err(internal)?;
+            builder.x_label_area_size(40 * fine).y_label_area_size(64 * fine).build_cartesian_2d(x, y).map_err(internal)?;
         let short = |value: &f64| short(*value);
         chart
             .configure_mesh()
@@ -193,12 +195,22 @@ impl Chart {
                     let outline = points.into_iter().chain([(last.0, 0.0), (first.0, 0.0)]).collect::<Vec<_>>();
                     chart.draw_series([Polygon::new(outline, self.color(curve).filled())]).map_err(internal)?;
                 }
-                Drawn::Line if points.len() <= 40 => {
-                    let dots = points.clone().into_iter().map(|at| Circle::new(at, 3 * fine, self.color(curve).filled()));
-                    chart.draw_series(dots).map_err(internal)?;
-                    chart.draw_series(LineSeries::new(points, style(2))).map_err(internal)?;
+                Drawn::Line => {
+                    if points.len() <= 40 {
+                        let dots = points.iter().map(|at| Circle::new(*at, 3 * fine, self.color(curve).filled()));
+                        chart.draw_series(dots).map_err(internal)?;
+                    }
+                    if points.len() == 1 {
+                        let name = Text::new(self.curves[curve].name.clone(), (6 * fine, -6 * fine), font(13, &SOFT));
+                        chart.draw_series([EmptyElement::at(first) + name]).map_err(internal)?;
+                    }
+                    let [dash, gap] = self.dashes(curve).map(|length| length * fine);
+                    if gap == 0 {
+                        chart.draw_series(LineSeries::new(points, style(2))).map_err(internal)?;
+                    } else {
+                        chart.draw_series(DashedLineSeries::new(points, dash, gap, style(2))).map_err(internal)?;
+                    }
                 }
-                Drawn::Line => _ = chart.draw_series(LineSeries::new(points, style(2))).map_err(internal)?,
                 Drawn::Total => _ = chart.draw_series(LineSeries::new(points, style(1))).map_err(internal)?,
                 Drawn::Limit => {
                     let dashes = DashedLineSeries::new(points, 6 * fine, 5 * fine, style(1));
@@ -206,8 +218,9 @@ impl Chart {
                 }
             }
         }
-        let across = chart.plotting_area().get_pixel_range().0;
-        Ok([across.start, across.end])
+        let (across, up) = chart.plotting_area().get_pixel_range();
+        let share = |at: i32, side: usize| f64::from(at) / f64::from(SIZE[side] * FINE);
+        Ok([share(across.start, 0), share(across.end, 0), share(up.start, 1), share(up.end, 1)])
     }
 
     /// What each curve is, in rows under the title; gives where the rest may begin.
@@ -220,25 +233,41 @@ impl Chart {
             if x > 10 && x + width > SIZE[0] as i32 - 10 {
                 (x, y) = (10, y + 20);
             }
-            let high = if curve.drawn == Drawn::Area { 10 } else { 3 };
-            let corners = [(x, y + 6 - high / 2), (x + 18, y + 6 - high / 2 + high)].map(|(x, y)| (x * fine, y * fine));
-            root.draw(&Rectangle::new(corners, self.color(number).filled())).map_err(internal)?;
+            let (dash, gap, high) = match curve.drawn {
+                Drawn::Area => (18, 0, 10),
+                Drawn::Line => (self.dashes(number)[0], self.dashes(number)[1], 3),
+                Drawn::Total => (18, 0, 1),
+                Drawn::Limit => (5, 4, 1),
+            };
+            let mut from = 0;
+            while from < 18 {
+                let to = if gap == 0 { 18 } else { (from + dash).min(18) };
+                let corners = [(x + from, y + 6 - high / 2), (x + to, y + 6 - high / 2 + high)].map(|(x, y)| (x * fine, y * fine));
+                root.draw(&Rectangle::new(corners, self.color(number).filled())).map_err(internal)?;
+                from = to + gap.max(1);
+            }
             root.draw(&Text::new(curve.name.clone(), ((x + 24) * fine, y * fine), style.clone())).map_err(internal)?;
             x += width;
         }
         Ok((y + 28) * fine)
     }
 
+    /// Areas or lines before it.
+    fn before(&self, curve: usize) -> usize {
+        self.curves[..curve].iter().filter(|other| matches!(other.drawn, Drawn::Area | Drawn::Line)).count()
+    }
+
     fn color(&self, curve: usize) -> RGBColor {
-        let colored = |other: &&Curve| matches!(other.drawn, Drawn::Area | Drawn::Line);
-        match self.curves[curve].drawn {
-            Drawn::Total => INK,
-            Drawn::Limit => SOFT,
-            _ => match self.curves[..curve].iter().filter(colored).count() {
-                own if own < OWN => COLORS[own].1,
-                _ => COLORS[REST].1,
-            },
+        match (self.curves[curve].drawn, self.before(curve)) {
+            (Drawn::Total, _) => INK,
+            (Drawn::Limit, _) => SOFT,
+            (Drawn::Area, number) if number >= OWN => COLORS[REST].1,
+            (_, number) => COLORS[number % OWN].1,
         }
+    }
+
+    fn dashes(&self, curve: usize) -> [i32; 2] {
+        DASHES[(self.before(curve) / OWN).min(DASHES.len() - 1)]
     }
 }
 
@@ -287,7 +316,7 @@ mod tests {
                     let chart = Chart { logarithmic, ..chart(vec![Curve::new("<", drawn, points.clone())]) };
                     let Drawing { svg, inside, along } = chart.draw().unwrap();
                     assert!(roxmltree::Document::parse(&svg).is_ok(), "{svg}");
-                    assert!(inside[0] < inside[1] && along[0] < along[1], "{inside:?} {along:?}");
+                    assert!(inside[0] < inside[1] && inside[2] < inside[3] && along[0] < along[1], "{inside:?} {along:?}");
                 }
             }
         }
