@@ -84,7 +84,7 @@ fn mistakes_are_one_sentence_and_nothing_is_written() {
         (&out, &["--trees", "1000000000"], &["1000000000", "GB"]),
         (&out, &["--species", &missing], &["missing.glb"]),
         (&out, &["--species", &damaged], &["damaged.glb"]),
-        (&out, &["--species", ""], &["species"]),
+        (&out, &["--species", ""], &["--species"]),
         (&out, &["--method", "hologram"], &["hologram", "sphere-board"]),
         (&out, &["--preset", "sherwood"], &["sherwood", "she-540"]),
         (&out, &["--size", "0x0"], &["0x0"]),
@@ -158,11 +158,11 @@ fn the_same_seed_drives_the_same_way() {
 }
 
 /// Rows of trees before a camera that looks north, and `behind` as many again far behind it.
-fn scene_with(place: &Place, behind: usize, keys: &str) -> String {
+fn scene_with(place: &Place, behind: i32, keys: &str) -> String {
     let mut rows = "x,y,height\n".to_owned();
     // Northings grow to the north.
     (0..60).for_each(|i| rows += &format!("{},{},9\n", i % 12 * 8 - 44, 25 + i / 12 * 8));
-    (0..60 * behind).for_each(|i| rows += &format!("{},{},9\n", i % 12 * 8 - 44, -700 - (i / 12 * 8) as i32));
+    (0..60 * behind).for_each(|i| rows += &format!("{},{},9\n", i % 12 * 8 - 44, -700 - i / 12 * 8));
     place.file(&format!("trees{behind}.csv"), &rows);
     let ground = "[terrain]\nground_width_m = 2000.0\nground_depth_m = 2000.0\nground_step_m = 40.0\nrelief_m = 0.0\n";
     place.file(&format!("behind{behind}.toml"), &format!("inventory = \"trees{behind}.csv\"\n{ground}{keys}"))

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
+use clap::builder::NonEmptyStringValueParser;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use crate::gpu::Gpu;
@@ -41,7 +42,12 @@ pub fn command() -> Command {
                 .help("A scene that comes with the program [default without a scene file: she-540]"),
         )
         .arg(text("trees", "N").value_parser(value_parser!(u64)).help("How many trees, instead of the scene's"))
-        .arg(text("species", "A,B,…").value_delimiter(',').help("Presets or files that are planted, instead of the scene's"))
+        .arg(
+            text("species", "A,B,…")
+                .value_delimiter(',')
+                .value_parser(NonEmptyStringValueParser::new())
+                .help("Presets or files that are planted, instead of the scene's"),
+        )
         .arg(text("method", "ID").help("What stands for each tree, or `auto`: the chain of levels that a comparison recommends"))
         .arg(text("path", "WHICH").help("tour, orbit, or a file with a line t,ex,ey,ez,tx,ty,tz for each key"))
         .arg(text("frames", "N").value_parser(value_parser!(u32)).help("Frames along the path"))
