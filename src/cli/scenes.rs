@@ -54,8 +54,22 @@ pub fn help() -> String {
     text
 }
 
+/// A name and what it means, whose lines stand under each other in a window of 80 columns.
 fn entry(name: &str, meaning: &str) -> String {
-    format!("  {name:<22} {}\n", meaning.replace('`', ""))
+    const INDENT: usize = 20;
+    const COLUMNS: usize = 79;
+    let mut text = format!("  {name:<width$}", width = INDENT - 2);
+    let mut column = INDENT;
+    for word in meaning.replace('`', "").split_whitespace() {
+        let length = word.chars().count();
+        if column > INDENT && column + 1 + length > COLUMNS {
+            text += &format!("\n{:INDENT$}", "");
+            column = INDENT;
+        }
+        text += &format!(" {word}");
+        column += 1 + length;
+    }
+    text + "\n"
 }
 
 fn table(name: &str, specs: Vec<ParamSpec>) -> String {

@@ -40,7 +40,7 @@ for (const [name, options] of looks) {
   page.on("console", (message) => ["error", "warning"].includes(message.type()) && complaints.push(message.text()));
   page.on("request", (request) => /^(file|data):/.test(request.url()) || foreign.push(request.url()));
   await page.goto(address);
-  for (const folded of await page.locator("details:not([open]) > summary").all()) await folded.click();
+  for (const folded = page.locator("details:not([open]) > summary"); (await folded.count()) > 0; ) await folded.first().click();
   for (const image of await page.locator("img").all()) await image.scrollIntoViewIfNeeded();
   await page.waitForLoadState("networkidle");
   const found = await page.evaluate(() => ({
