@@ -11,7 +11,7 @@
 //!                                           TreeModel | ReferenceTree ──▶ Parts ──upload──▶ frame
 //! ```
 //!
-//! * floor 0: [`error`], [`seed`], [`params`](mod@params), [`files`], [`geom`], [`raster`] — what everything stands on;
+//! * floor 0: [`error`], [`seed`], [`params`](mod@params), [`files`], [`geom`], [`raster`], [`page`] — what everything stands on;
 //! * floor 1: [`photo`] — decoding, segmentation, silhouette, exemplar, trunk cues; [`plant`] — grown trees; [`metrics`] — how alike two pictures are;
 //! * floor 2: [`crown`] and [`texture`] — outline to closed surface, exemplar to atlas;
 //! * floor 3: [`model`] — the pipeline from photograph to `TreeModel`, parts, reference trees, and their files;
@@ -36,6 +36,7 @@ pub mod gpu;
 pub mod grove;
 pub mod metrics;
 pub mod model;
+pub mod page;
 pub mod params;
 pub mod photo;
 pub mod plant;

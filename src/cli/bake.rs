@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::{Value, json};
 
+use crate::page::grouped;
 use crate::repr::box_hierarchy::{self, BoxHierarchy};
 use crate::repr::file::{self, Origin};
 use crate::repr::limits;
@@ -224,11 +225,4 @@ fn three_digits(number: f32) -> String {
     let before = if number.abs() > 0.0 { number.abs().log10().floor() as i32 + 1 } else { 1 };
     let text = format!("{number:.places$}", places = (3 - before).clamp(0, 9) as usize);
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
-/// 1234567 as 1,234,567.
-pub fn grouped(number: usize) -> String {
-    let digits = number.to_string();
-    let groups: Vec<&str> = digits.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
-    groups.join(",")
 }

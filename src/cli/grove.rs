@@ -2,22 +2,24 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
 
-use clap::{Arg, ArgMatches, Command, value_parser};
-use indicatif::ProgressBar;
+use clap::builder::NonEmptyStringValueParser;
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use crate::gpu::Gpu;
 use crate::grove::drive::{self, FollowParams, Grove};
-use crate::grove::record::{Recorder, Setting};
+use crate::grove::page::{self, Picture, Video};
+use crate::grove::record::{Recorder, Setting, Started};
 use crate::grove::scene::{PRESETS, SpeciesEntry, lay_out, preset};
 use crate::grove::{Scene, SceneFile, stock};
-use crate::raster::{PngEffort, png_with};
+use crate::raster::{FRAME_MS, PngEffort, png_with, webp};
 use crate::render::{CullParams, Renderer};
 use crate::repr::SoftwareCapture;
-use crate::{Result, files};
+use crate::{Result, Warning, files};
 
 use super::batch::{progress_bar, text_of};
-use super::{Outcome, look, options, say, subject};
+use super::{Outcome, look, options, say, scenes, subject};
 
 /// The command's arguments.
 pub fn command() -> Command {
@@ -25,7 +27,14 @@ pub fn command() -> Command {
     let file = |name: &'static str, value: &'static str| text(name, value).value_parser(value_parser!(PathBuf));
     let command = Command::new("grove")
         .about("Thousands of trees on a terrain: drive through them and see what a frame costs")
-        .arg(Arg::new("scene").value_name("SCENE.toml").value_parser(value_parser!(PathBuf)).help("A scene file"))
+        .after_help(scenes::short_help())
+        .after_long_help(scenes::help())
+        .arg(
+            Arg::new("scene")
+                .value_name("SCENE.toml")
+                .value_parser(value_parser!(PathBuf))
+                .help("A scene file; the end of `--help` says what it holds"),
+        )
         .arg(
             text("preset", "NAME")
                 .conflicts_with("scene")
@@ -33,7 +42,12 @@ pub fn command() -> Command {
                 .help("A scene that comes with the program [default without a scene file: she-540]"),
         )
         .arg(text("trees", "N").value_parser(value_parser!(u64)).help("How many trees, instead of the scene's"))
-        .arg(text("species", "A,B,…").value_delimiter(',').help("Presets or files that are planted, instead of the scene's"))
+        .arg(
+            text("species", "A,B,…")
+                .value_delimiter(',')
+                .value_parser(NonEmptyStringValueParser::new())
+                .help("Presets or files that are planted, instead of the scene's"),
+        )
         .arg(text("method", "ID").help("What stands for each tree, or `auto`: the chain of levels that a comparison recommends"))
         .arg(text("path", "WHICH").help("tour, orbit, or a file with a line t,ex,ey,ez,tx,ty,tz for each key"))
         .arg(text("frames", "N").value_parser(value_parser!(u32)).help("Frames along the path"))
@@ -44,7 +58,10 @@ pub fn command() -> Command {
                 .value_parser(value_parser!(u32).range(0..=100))
                 .default_value("5")
                 .help("Frames that are kept as PNG, evenly along the path"),
-        );
+        )
+        .arg(Arg::new("video").long("video").action(ArgAction::SetTrue).help(format!(
+            "Also drive.webp, a moving picture of the drive: 25 frames a second, {MOST_VIDEO_FRAMES} at most, evenly along the path"
+        )));
     let command = options::add::<CullParams>(command, "Culling and drawing");
     look::add_adapter(options::add::<FollowParams>(command, "Levels of detail"))
 }
@@ -55,17 +72,23 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let (cull, follow): (CullParams, FollowParams) = (options::read(matches)?, options::read(matches)?);
     let out = matches.get_one::<PathBuf>("out").expect("clap requires it");
     let pictures = *matches.get_one::<u32>("pictures").expect("clap gives the default");
+    let video = matches.get_flag("video");
     let mut renderer = Renderer::new(Gpu::open(&look::adapter(matches))?)?;
     let _folder = files::ready_folder(out)?;
     let spinner = subject::spinner("growing species".to_owned());
+    let mut watch = Watch(Instant::now());
+    let mut started = Started::default();
     let stock = stock::stock(&file.species, &file.method, &SoftwareCapture::new(), &|name| {
         spinner.set_message(format!("{name}: growing and building"));
     })?;
+    started.species_ms = watch.lap_ms();
     stock.iter().for_each(|stock| subject::warn(&stock.size.name, &stock.warnings));
     let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
     let scene = lay_out(&file, &sizes, &mut |what| spinner.set_message(what.to_owned()))?;
+    started.places_ms = watch.lap_ms();
     spinner.set_message("planting");
     let mut grove = Grove::plant(&renderer, &scene, &stock)?;
+    started.device_ms = watch.lap_ms();
     spinner.finish_and_clear();
     subject::warn("scene", &scene.warnings);
     let info = &renderer.gpu.info;
@@ -74,6 +97,7 @@ pub fn run(matches: &ArgMatches) -> Outcome {
         command: super::compare::command_line(),
         cull: &cull,
         follow: &follow,
+        started,
     };
     let mut recorder = Recorder::new(out, &scene, &grove, &setting)?;
     let bar = progress_bar(u64::from(file.frames));
@@ -86,12 +110,24 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     bar.finish_and_clear();
     kept?;
     // What was driven so far is told even where the device was lost on the way.
-    let summary = recorder.finish(&grove)?;
-    driven?;
-    write_pictures(&mut renderer, &mut grove, &scene, (&cull, &follow), (out, pictures))?;
-    say::out(&summary);
-    say::out(&text_of(&out.join("summary.json")));
+    let drive = recorder.finish(&grove, driven.as_ref().err().map(ToString::to_string))?;
+    let mut camera = Taken { renderer: &mut renderer, grove: &mut grove, scene: &scene, params: (&cull, &follow), out };
+    let seen = driven.and_then(|()| Ok((camera.pictures(pictures)?, if video { Some(camera.video()?) } else { None })));
+    let (pictures, video) = seen.as_ref().map_or((&[][..], None), |(pictures, video)| (&pictures[..], video.as_ref()));
+    let page = page::write(out, &drive, pictures, video)?;
+    seen.map(drop)?;
+    say::out(&drive.summary.sentence());
+    say::out(&text_of(&page));
     Ok(ExitCode::SUCCESS)
+}
+
+/// Tells how long each thing took.
+struct Watch(Instant);
+
+impl Watch {
+    fn lap_ms(&mut self) -> f64 {
+        std::mem::replace(&mut self.0, Instant::now()).elapsed().as_secs_f64() * 1e3
+    }
 }
 
 /// The scene that was asked for, with what was asked instead of its own.
@@ -118,22 +154,63 @@ fn scene_file(matches: &ArgMatches) -> Result<SceneFile> {
     Ok(file)
 }
 
-fn write_pictures(
-    renderer: &mut Renderer,
-    grove: &mut Grove,
-    scene: &Scene,
-    params: (&CullParams, &FollowParams),
-    (out, count): (&Path, u32),
-) -> Result<()> {
-    let folder = out.join("frames");
-    let _folder = files::ready_folder(&folder)?;
-    let bar: ProgressBar = progress_bar(u64::from(count));
-    for i in 0..count {
-        let number = (u64::from(scene.file.frames) * (2 * u64::from(i) + 1) / (2 * u64::from(count))) as u32;
-        let picture = drive::picture(renderer, grove, scene, params, number)?;
-        files::write_whole(&folder.join(format!("frame_{number:05}.png")), &png_with(&picture.color, PngEffort::Small)?)?;
-        bar.inc(1);
+/// A moving picture has so many frames at most: a minute of 10 a second. Of longer drives it leaves some out.
+const MOST_VIDEO_FRAMES: u32 = 600;
+
+/// Takes pictures of frames of the path.
+struct Taken<'a> {
+    renderer: &'a mut Renderer,
+    grove: &'a mut Grove,
+    scene: &'a Scene,
+    params: (&'a CullParams, &'a FollowParams),
+    out: &'a Path,
+}
+
+impl Taken<'_> {
+    /// `count` of them, evenly along the path.
+    fn pictures(&mut self, count: u32) -> Result<Vec<Picture>> {
+        let folder = self.out.join("frames");
+        let _folder = files::ready_folder(&folder)?;
+        let bar = progress_bar(u64::from(count));
+        bar.set_message("pictures");
+        let mut taken = vec![];
+        // A drive of few frames has no more pictures than frames.
+        let frames = self.scene.file.frames;
+        for i in 0..count.min(frames) {
+            let frame = (u64::from(frames) * (2 * u64::from(i) + 1) / (2 * u64::from(count.min(frames)))) as u32;
+            let picture = drive::picture(self.renderer, self.grove, self.scene, self.params, frame)?;
+            let name = format!("frame_{frame:05}.png");
+            files::write_whole(&folder.join(&name), &png_with(&picture.color, PngEffort::Small)?)?;
+            taken.push(Picture { file: format!("frames/{name}"), frame });
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        Ok(taken)
     }
-    bar.finish_and_clear();
-    Ok(())
+
+    /// The drive as a moving picture.
+    fn video(&mut self) -> Result<Video> {
+        const NAME: &str = "drive.webp";
+        let all = self.scene.file.frames;
+        let step = all.div_ceil(MOST_VIDEO_FRAMES);
+        let frames = all.div_ceil(step);
+        if step > 1 {
+            let told =
+                format!("the moving picture has {frames} of {all} frames, each {step}th: it holds {MOST_VIDEO_FRAMES} at most");
+            subject::warn("video", &[Warning::new("video-thinned", told)]);
+        }
+        let bar = progress_bar(u64::from(frames));
+        bar.set_message("moving picture");
+        let size_px = self.scene.file.size_px;
+        let pictures = (0..frames).map(|i| {
+            let picture = drive::picture(self.renderer, self.grove, self.scene, self.params, i * step)?;
+            bar.inc(1);
+            Ok(picture.color)
+        });
+        let bytes = webp(size_px, pictures)?;
+        bar.finish_and_clear();
+        files::write_whole(&self.out.join(NAME), &bytes)?;
+        let shown_s = frames as f32 * FRAME_MS as f32 * 1e-3;
+        Ok(Video { file: NAME.to_owned(), frames, times: self.scene.path.length_s() / shown_s })
+    }
 }

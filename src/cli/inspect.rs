@@ -10,8 +10,8 @@ use crate::Result;
 use crate::geom::Bounds;
 use crate::model::reference::{ReferenceTree, Role};
 use crate::model::{Part, Wrap};
+use crate::page::grouped;
 
-use super::bake::grouped;
 use super::batch::text_of;
 use super::{Outcome, say, subject};
 

@@ -18,6 +18,7 @@ mod photograph;
 mod preview;
 mod render;
 mod say;
+mod scenes;
 mod segment;
 mod subject;
 mod usage;

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! Comparison ─┬▶ Report ──▶ JSON ─┬▶ report.json
-//!             │                   └▶ page/report.html ◀── page/*.css, page/*.js
+//!             │                   └▶ page/report.html ◀── page/*.css, page/*.js, crate::page
 //!             └▶ cells.csv
 //! ```
 
@@ -11,12 +11,13 @@ mod digest;
 
 use std::path::{Path, PathBuf};
 
-use minijinja::{AutoEscape, Environment, Value, context};
+use minijinja::context;
 use serde::Serialize;
 
 use crate::metrics::PIXELS_PER_DEGREE;
 use crate::repr::REFERENCE_FOCAL_PX;
-use crate::{Error, Result, files};
+use crate::page::{self, safe};
+use crate::{Result, files};
 
 use super::answer::{Band, Chain, CostKind, bands};
 use super::motion::STRIPS;
@@ -25,8 +26,8 @@ use digest::{Loss, OfElevation, Picture};
 
 /// Words and places of the page; everything else is drawn by its scripts from the data.
 const TEMPLATE: &str = include_str!("page/report.html");
-const STYLE: &str = include_str!("page/style.css");
-/// One script after the other, in one scope.
+const STYLE: &str = include_str!("page/compare.css");
+/// One script after the other, in one scope with those of all pages.
 const SCRIPT: &str = concat!(
     include_str!("page/common.js"),
     include_str!("page/tables.js"),
@@ -101,7 +102,7 @@ pub fn write(folder: &Path, comparison: &Comparison, identity: &Identity, asked:
     Ok(page)
 }
 
-/// The data as JSON that can stand within HTML: no `<` ends the element that it stands in.
+/// The data as JSON that can stand within HTML.
 fn data(comparison: &Comparison, identity: &Identity, asked: Asked) -> Result<String> {
     let rows = rows(comparison);
     let bands = bands(&rows, asked.max_flip, asked.cost);
@@ -129,20 +130,12 @@ fn data(comparison: &Comparison, identity: &Identity, asked: Asked) -> Result<St
         elevations,
         methods: &comparison.methods,
     };
-    // Outside of strings JSON has no `<`.
-    serde_json::to_string(&report).map(|json| json.replace('<', "\\u003c")).map_err(internal)
+    page::json(&report)
 }
 
 fn html(source: &str, json: &str) -> Result<String> {
-    let mut environment = Environment::new();
-    environment.set_auto_escape_callback(|_| AutoEscape::Html);
-    let safe = |text: &str| Value::from_safe_string(text.to_owned());
-    let parts = context! { source, style => safe(STYLE), script => safe(SCRIPT), data => safe(json) };
-    environment.render_str(TEMPLATE, parts).map_err(internal)
-}
-
-fn internal(cause: impl std::fmt::Display) -> Error {
-    Error::Internal { stage: "compare::page", what: cause.to_string() }
+    let (style, script) = ([page::STYLE, STYLE].concat(), [page::SCRIPT, SCRIPT].concat());
+    page::render(TEMPLATE, context! { source, style => safe(style), script => safe(script), data => safe(json) })
 }
 
 /// A line per picture.

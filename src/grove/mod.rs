@@ -2,8 +2,10 @@
 
 pub mod drive;
 pub mod inventory;
+pub mod page;
 pub mod path;
 pub mod placement;
+pub mod plots;
 pub mod record;
 pub mod scene;
 pub mod stock;

@@ -33,21 +33,36 @@ crate::params! {
     }
 }
 
-/// A species of the scene.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SpeciesEntry {
-    /// A preset (`sphereboard grow --list`), or the file of a model, sought beside the scene file.
-    pub source: String,
-    /// Share of the trees over the sum of all shares, 0 to 1,000,000; 1 unless given.
-    #[serde(default = "one")]
-    pub share: f64,
-    /// How many different trees of a preset are grown, 1 to 16, so that repetition does not show; 1 unless given.
-    #[serde(default = "one_tree")]
-    pub variants: u32,
-    /// Seed of the first variant, the next have the next; 1 unless given.
-    #[serde(default = "first_seed")]
-    pub seed: u64,
+/// Declares what a table of a scene file has: the struct, and its fields with their meanings for the command's help.
+macro_rules! described {
+    ($(#[$outer:meta])* pub struct $name:ident { $( #[doc = $meaning:literal] $(#[$meta:meta])* pub $field:ident : $ty:ty, )+ }) => {
+        $(#[$outer])*
+        pub struct $name { $( #[doc = $meaning] $(#[$meta])* pub $field: $ty, )+ }
+
+        impl $name {
+            /// Its fields and what they mean.
+            pub const FIELDS: &[(&str, &str)] = &[ $( (stringify!($field), $meaning.trim_ascii()), )+ ];
+        }
+    };
+}
+
+described! {
+    /// A species of the scene.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct SpeciesEntry {
+        /// A preset (`sphereboard grow --list`), or the file of a model, sought beside the scene file.
+        pub source: String,
+        /// Share of the trees over the sum of all shares, 0 to 1,000,000; 1 unless given.
+        #[serde(default = "one")]
+        pub share: f64,
+        /// How many different trees of a preset are grown, 1 to 16, so that repetition does not show; 1 unless given.
+        #[serde(default = "one_tree")]
+        pub variants: u32,
+        /// Seed of the first variant, the next have the next; 1 unless given.
+        #[serde(default = "first_seed")]
+        pub seed: u64,
+    }
 }
 
 impl SpeciesEntry {
@@ -67,44 +82,46 @@ fn first_seed() -> u64 {
     1
 }
 
-/// A scene as its file says it. Fields that are missing have the values of [`SceneFile::default`].
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SceneFile {
-    /// What it shows; empty unless given.
-    pub title: String,
-    /// Which method draws the trees, or `auto`: the chain that a comparison recommends. `auto` unless given.
-    pub method: String,
-    /// Width and height of the picture, 16 to 8192 pixels; 1280 × 720 unless given.
-    pub size_px: [u32; 2],
-    /// How many trees, 0 to 4,194,304; 540 unless given (She §3.5). An inventory says for itself.
-    pub trees: u64,
-    /// Seed of ground and planting; 1 unless given.
-    pub seed: u64,
-    /// Frames along the path, 1 to 1,000,000; 300 unless given.
-    pub frames: u32,
-    /// `tour`, `orbit`, or a file of `t,ex,ey,ez,tx,ty,tz` beside the scene file; `tour` unless given, ignored beside `key`.
-    pub path: String,
-    /// The path's keys, for scenes that hold their own: `time_s`, `eye`, `target`. One is a still camera.
-    pub key: Vec<Key>,
-    /// A picture of heights or a GeoTIFF, beside the scene file; hills from the seed unless given.
-    pub ground: Option<PathBuf>,
-    /// A CSV table or GeoJSON points of trees, beside the scene file; blue noise unless given.
-    pub inventory: Option<PathBuf>,
-    /// What grows, 1 to 64 of them; one oak unless given.
-    pub species: Vec<SpeciesEntry>,
-    /// The ground's parameters.
-    #[serde(deserialize_with = "table")]
-    pub terrain: TerrainParams,
-    /// Those of planting.
-    #[serde(deserialize_with = "table")]
-    pub planting: PlantingParams,
-    /// Those of the camera.
-    #[serde(deserialize_with = "table")]
-    pub camera: CameraParams,
-    /// Light and air.
-    #[serde(deserialize_with = "table")]
-    pub stage: StageParams,
+described! {
+    /// A scene as its file says it. Fields that are missing have the values of [`SceneFile::default`].
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct SceneFile {
+        /// What it shows; empty unless given.
+        pub title: String,
+        /// Which method draws the trees, or `auto`: the chain that a comparison recommends. `auto` unless given.
+        pub method: String,
+        /// Width and height of the picture, 16 to 8192 pixels; 1280 × 720 unless given.
+        pub size_px: [u32; 2],
+        /// How many trees, 0 to 4,194,304; 540 unless given (She §3.5). An inventory says for itself.
+        pub trees: u64,
+        /// Seed of ground and planting; 1 unless given.
+        pub seed: u64,
+        /// Frames along the path, 1 to 1,000,000; 300 unless given.
+        pub frames: u32,
+        /// `tour`, `orbit`, or a file of `t,ex,ey,ez,tx,ty,tz` beside the scene file; `tour` unless given, ignored beside `key`.
+        pub path: String,
+        /// The path's keys, for scenes that hold their own: `time_s`, `eye`, `target`. One is a still camera.
+        pub key: Vec<Key>,
+        /// A picture of heights or a GeoTIFF, beside the scene file; hills from the seed unless given.
+        pub ground: Option<PathBuf>,
+        /// A CSV table or GeoJSON points of trees, beside the scene file; blue noise unless given.
+        pub inventory: Option<PathBuf>,
+        /// What grows, 1 to 64 of them; one oak unless given.
+        pub species: Vec<SpeciesEntry>,
+        /// The ground's parameters.
+        #[serde(deserialize_with = "table")]
+        pub terrain: TerrainParams,
+        /// Those of planting.
+        #[serde(deserialize_with = "table")]
+        pub planting: PlantingParams,
+        /// Those of the camera.
+        #[serde(deserialize_with = "table")]
+        pub camera: CameraParams,
+        /// Light and air.
+        #[serde(deserialize_with = "table")]
+        pub stage: StageParams,
+    }
 }
 
 impl Default for SceneFile {

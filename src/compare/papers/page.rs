@@ -3,17 +3,18 @@
 use std::path::PathBuf;
 
 use minijinja::value::Serde;
-use minijinja::{AutoEscape, Environment, Value, context};
+use minijinja::{Value, context};
 use serde::Serialize;
 
 use crate::model::About;
+use crate::page::{self, safe};
 use crate::{Error, Result, files};
 
 use super::{Bench, Chart, Request, Shown};
 
 const TEMPLATE: &str = include_str!("papers.html");
-/// That of the report, and what only this page has.
-const STYLE: &str = concat!(include_str!("../page/style.css"), include_str!("papers.css"));
+/// What only this page has.
+const STYLE: &str = include_str!("papers.css");
 
 /// What `papers.json` holds.
 #[derive(Serialize)]
@@ -39,14 +40,12 @@ pub(super) fn write(bench: &Bench, request: &Request, exhibits: &[Shown]) -> Res
 }
 
 fn html(data: &Data) -> Result<String> {
-    let mut environment = Environment::new();
-    environment.set_auto_escape_callback(|_| AutoEscape::Html);
-    let drawing = |chart: &Chart| context! { chart => Value::from(Serde(chart)), svg => Value::from_safe_string(chart.svg()) };
+    let drawing = |chart: &Chart| context! { chart => Value::from(Serde(chart)), svg => safe(chart.svg()) };
     let charts = |shown: &Shown| -> Vec<Value> { shown.ours.charts.iter().map(drawing).collect() };
     let drawn: Vec<Vec<Value>> = data.exhibits.iter().map(charts).collect();
-    let style = Value::from_safe_string(STYLE.to_owned());
+    let style = safe([page::STYLE, STYLE].concat());
     let data = Value::from(Serde(data));
-    environment.render_str(TEMPLATE, context! { data, drawn, style }).map_err(internal)
+    page::render(TEMPLATE, context! { data, drawn, style })
 }
 
 fn internal(cause: impl std::fmt::Display) -> Error {

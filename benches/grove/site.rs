@@ -1,0 +1,231 @@
+//! A scene on the device, driven through and timed: every part's measurement.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use sphereboard::compare::peak_mb;
+use sphereboard::gpu::Gpu;
+use sphereboard::grove::drive::{FollowParams, Grove, Trail, shot};
+use sphereboard::grove::stock::Stock;
+use sphereboard::grove::{Scene, SceneFile, lay_out, stock};
+use sphereboard::render::{Camera, CullParams, Picture, Renderer, Shot};
+use sphereboard::repr::SoftwareCapture;
+use sphereboard::{Error, Result};
+
+/// What was measured of one drive.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Row {
+    pub job: String,
+    pub method: String,
+    pub trees: usize,
+    /// Batch, levels, culling where they are not as usual.
+    pub how: String,
+    pub frames: usize,
+    pub median_ms: f64,
+    pub p99_ms: f64,
+    pub seen: usize,
+    pub near: usize,
+    pub triangles: u64,
+    pub draws: u64,
+    pub bytes_per_tree: f64,
+    pub memory_mb: f64,
+    /// Seconds to grow and build the species; then to place the trees and put all onto the device.
+    pub species_s: f64,
+    pub start_s: f64,
+    /// Mean FLIP over the pixels of trees, against geometry; not a number where it was not asked.
+    pub flip: f64,
+    pub adapter: String,
+}
+
+impl Row {
+    pub fn fps(&self) -> f64 {
+        1e3 / self.median_ms
+    }
+}
+
+/// A moment of a drive.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Moment {
+    pub how: String,
+    pub time_s: f32,
+    pub ms: f64,
+    pub trees: usize,
+    pub triangles: u64,
+    pub draws: u64,
+}
+
+/// How a drive is made.
+#[derive(Debug, Clone, Default)]
+pub struct How {
+    pub name: String,
+    pub cull: CullParams,
+    /// Every tree at its finest level.
+    pub no_levels: bool,
+    /// Every tree is drawn, wherever it is.
+    pub no_culling: bool,
+}
+
+/// Frames before the first that counts.
+const WARM: usize = 3;
+/// Fewer frames than these have no median.
+const LEAST: usize = 7;
+
+pub struct Site {
+    pub renderer: Renderer,
+    pub scene: Scene,
+    pub grove: Grove,
+    species_s: f64,
+    start_s: f64,
+}
+
+/// Half a minute for a drive, unless told.
+fn seconds() -> f64 {
+    std::env::var("GROVE_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(30.0)
+}
+
+pub fn renderer() -> Result<Renderer> {
+    let choice = std::env::var("GROVE_ADAPTER").unwrap_or_else(|_| "auto".to_owned());
+    Renderer::new(Gpu::open(&choice.parse()?)?)
+}
+
+pub fn grown(file: &SceneFile) -> Result<Vec<Stock>> {
+    stock::stock(&file.species, &file.method, &SoftwareCapture::new(), &|_| ())
+}
+
+impl Site {
+    pub fn open(file: &SceneFile) -> Result<Self> {
+        let begun = Instant::now();
+        let stock = grown(file)?;
+        Self::planted(renderer()?, file, &stock, begun.elapsed().as_secs_f64())
+    }
+
+    pub fn planted(renderer: Renderer, file: &SceneFile, stock: &[Stock], species_s: f64) -> Result<Self> {
+        let begun = Instant::now();
+        let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
+        let scene = lay_out(file, &sizes, &mut |_| ())?;
+        let grove = Grove::plant(&renderer, &scene, stock)?;
+        renderer.gpu.wait()?;
+        Ok(Self { renderer, scene, grove, species_s, start_s: begun.elapsed().as_secs_f64() })
+    }
+
+    fn shots(&self, frames: usize, how: &How) -> Vec<Shot> {
+        let step_s = self.scene.path.length_s() / frames.saturating_sub(1).max(1) as f32;
+        let mut trail = Trail::default();
+        let one = |number: usize| {
+            let time_s = number as f32 * step_s;
+            let look = self.scene.path.at(time_s);
+            let mut shot = shot(&self.scene, look, time_s, trail.follow(look.eye, time_s, &FollowParams::default()), number as u32);
+            if how.no_levels {
+                shot.level_distance = Some(0.0);
+            }
+            shot
+        };
+        (0..frames).map(one).collect()
+    }
+
+    /// From high enough above that all trees are before the camera, which is how culling is turned off.
+    fn above(&self) -> Camera {
+        let bounds = self.scene.ground.bounds();
+        Camera::orbit(bounds.center(), 0.0, 1.57, 2.0 * bounds.size().length() + 100.0)
+    }
+
+    fn culls(&self, how: &How) -> (CullParams, Option<Camera>) {
+        if how.no_culling {
+            (CullParams { least_px: 0.0, ..how.cull.clone() }, Some(self.above()))
+        } else {
+            (how.cull.clone(), None)
+        }
+    }
+
+    /// Milliseconds of a frame.
+    pub fn frame_ms(&mut self, shot: &Shot, how: &How) -> Result<f64> {
+        let (cull, frozen) = self.culls(how);
+        let begun = Instant::now();
+        self.renderer.frame(shot, self.grove.world(&cull, frozen))?;
+        Ok(begun.elapsed().as_secs_f64() * 1e3)
+    }
+
+    pub fn picture(&mut self, share: f32) -> Result<Picture> {
+        let how = How::default();
+        let shots = self.shots(100, &how);
+        self.renderer.picture(&shots[((share * 100.0) as usize).min(99)], self.grove.world(&how.cull, None))
+    }
+
+    /// Drives along the whole path, in as many frames as the time allows and the scene has at most.
+    pub fn drive(&mut self, job: &str, how: &How) -> Result<(Row, Vec<Moment>)> {
+        let most = self.scene.file.frames as usize;
+        // A few frames spread over the path tell how many fit.
+        let probes = self.shots(5, how);
+        self.frame_ms(&probes[2], how)?;
+        let probed = probes.iter().map(|shot| self.frame_ms(shot, how)).collect::<Result<Vec<_>>>()?;
+        let mean_ms = probed.iter().sum::<f64>() / probed.len() as f64;
+        let frames = ((1e3 * seconds() / mean_ms) as usize).clamp(LEAST.min(most), most);
+        let shots = self.shots(frames, how);
+        for _ in 0..WARM {
+            self.frame_ms(&shots[0], how)?;
+        }
+        let mut moments = vec![];
+        let mut nears = vec![];
+        for (number, shot) in shots.iter().enumerate() {
+            let ms = self.frame_ms(shot, how)?;
+            let (counted, crowd) = (self.renderer.counted(), self.grove.crowd());
+            let time_s = number as f32 * self.scene.path.length_s() / frames.saturating_sub(1).max(1) as f32;
+            nears.push(crowd.trees_near());
+            let (trees, name) = (crowd.trees_seen(), how.name.clone());
+            moments.push(Moment { how: name, time_s, ms, trees, triangles: counted.triangles, draws: counted.draws });
+        }
+        let info = &self.renderer.gpu.info;
+        let row = Row {
+            job: job.to_owned(),
+            method: self.scene.file.method.clone(),
+            trees: self.scene.planted.len(),
+            how: how.name.clone(),
+            frames,
+            median_ms: quantile(moments.iter().map(|m| m.ms).collect(), 0.5),
+            p99_ms: quantile(moments.iter().map(|m| m.ms).collect(), 0.99),
+            seen: quantile(moments.iter().map(|m| m.trees as f64).collect(), 0.5) as usize,
+            near: quantile(nears.iter().map(|n| *n as f64).collect(), 0.5) as usize,
+            triangles: quantile(moments.iter().map(|m| m.triangles as f64).collect(), 0.5) as u64,
+            draws: moments.iter().map(|m| m.draws).max().unwrap_or(0),
+            bytes_per_tree: self.grove.crowd().device_bytes() as f64 / self.scene.planted.len().max(1) as f64,
+            memory_mb: peak_mb().unwrap_or(f64::NAN),
+            species_s: self.species_s,
+            start_s: self.start_s,
+            flip: f64::NAN,
+            adapter: format!("{}, {} {}", info.name, info.driver, info.driver_info),
+        };
+        Ok((row, moments))
+    }
+
+    /// One shot in the middle of the path.
+    pub fn middle(&self) -> Shot {
+        self.shots(3, &How::default()).swap_remove(1)
+    }
+}
+
+pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let rank = ((share * values.len() as f64).ceil() as usize).clamp(1, values.len().max(1)) - 1;
+    values.get(rank).copied().unwrap_or(f64::NAN)
+}
+
+/// Where what was measured waits for the report.
+pub fn kept(name: &str) -> PathBuf {
+    PathBuf::from("target/render-bench/grove").join(format!("{}.csv", name.replace(':', "-")))
+}
+
+pub fn keep<T: Serialize>(name: &str, rows: &[T]) -> Result<()> {
+    let path = kept(name);
+    let failed = |what: &dyn std::fmt::Display| Error::Internal { stage: "the bench", what: what.to_string() };
+    std::fs::create_dir_all(path.parent().expect("it has a folder")).map_err(|e| failed(&e))?;
+    let mut writer = csv::Writer::from_writer(vec![]);
+    rows.iter().try_for_each(|row| writer.serialize(row)).map_err(|e| failed(&e))?;
+    sphereboard::files::write_whole(&path, &writer.into_inner().map_err(|e| failed(&e))?)
+}
+
+/// What was kept under that name; nothing where it was never measured.
+pub fn recalled<T: for<'de> Deserialize<'de>>(name: &str) -> Vec<T> {
+    let Ok(reader) = csv::Reader::from_path(kept(name)) else { return vec![] };
+    reader.into_deserialize().filter_map(std::result::Result::ok).collect()
+}

@@ -1,0 +1,43 @@
+//! Truelsen's tour over his slices: by batch (fig. 32), with and without levels (fig. 30, 31), with and without culling (table 3).
+
+use sphereboard::Result;
+use sphereboard::grove::scene::preset;
+use sphereboard::params::{Kind, ParamSet};
+use sphereboard::render::CullParams;
+
+use crate::site::{How, Site, keep};
+
+/// Trees of the tour: with ten thousand, one call for each card would be measured for minutes.
+const TREES: u64 = 2000;
+
+/// The batches that there are.
+pub fn batches() -> Vec<&'static str> {
+    let kind = CullParams::specs().into_iter().find(|spec| spec.name == "batch").map(|spec| spec.kind);
+    match kind {
+        Some(Kind::Choice(words)) => words.iter().map(|word| word.0).collect(),
+        _ => vec![],
+    }
+}
+
+pub fn run(job: &str) -> Result<()> {
+    let mut file = preset("truelsen-10k")?;
+    (file.trees, file.frames) = (TREES, 120);
+    let mut site = Site::open(&file)?;
+    let mut hows = vec![];
+    for batch in batches() {
+        let mut cull = CullParams::default();
+        cull.set("batch", batch)?;
+        hows.push(How { name: batch.to_owned(), cull, ..How::default() });
+    }
+    hows.push(How { name: "no levels".to_owned(), no_levels: true, ..How::default() });
+    hows.push(How { name: "no culling".to_owned(), no_culling: true, ..How::default() });
+    let (mut rows, mut moments) = (vec![], vec![]);
+    for how in hows {
+        let (row, along) = site.drive(job, &how)?;
+        eprintln!("  {}: {:.1} ms", how.name, row.median_ms);
+        rows.push(row);
+        moments.extend(along);
+    }
+    keep(job, &rows)?;
+    keep("tour-moments", &moments)
+}
