@@ -29,7 +29,7 @@ const FLOORS: [(&str, u8); 19] = [
 ];
 
 /// Who may import from a sibling on the same floor: (importer, imported).
-const ARROWS: [(&str, &str); 8] = [
+const ARROWS: [(&str, &str); 9] = [
     ("seed", "error"),
     ("params", "error"),
     ("files", "error"),
@@ -38,6 +38,8 @@ const ARROWS: [(&str, &str); 8] = [
     ("raster", "error"),
     ("raster", "geom"),
     ("report", "compare"),
+    // What `auto` draws a grove with is what a comparison recommends.
+    ("grove", "compare"),
 ];
 
 /// What `lib.rs` offers at the root, and the module it comes from.
