@@ -2,8 +2,10 @@
 
 pub mod chains;
 pub mod drive;
+pub mod export;
 pub mod inventory;
 pub mod path;
+pub mod photos;
 pub mod placement;
 pub mod record;
 pub mod scene;

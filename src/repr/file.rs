@@ -184,7 +184,7 @@ fn read_own(bytes: &[u8]) -> Result<(BuiltTree, Origin)> {
 }
 
 /// What a plain viewer shows of a part.
-fn plainly(part: &BuiltPart) -> Plainly {
+pub(crate) fn plainly(part: &BuiltPart) -> Plainly {
     match &part.drawn {
         Drawn::Still | Drawn::Forest(_) => Plainly::Itself,
         // All views of a turned card stand in one place; the front one is shown.
