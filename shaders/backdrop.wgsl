@@ -1,8 +1,11 @@
-// What stands behind the trees: sky above a level meadow, on which shadows fall. From below the ground is not there.
+// What stands behind the trees: sky above a level meadow, on which shadows fall; or the sky alone where ground is drawn by itself. From
+// below the ground is not there.
 #import shared/frame
 #import shared/screen
 #import shared/meadow
 #import shared/sky
+
+const BEARINGS: u32 = {BEARINGS};
 
 struct Seen {
     @builtin(position) position: vec4f,
@@ -40,13 +43,12 @@ fn ridge(ray: vec3f, waves: f32) -> f32 {
     return height;
 }
 
-// The sky with the ridges before it.
-fn far_off(ray: vec3f) -> vec3f {
-    let color = sky(ray);
-    if ray.y > 0.045 {
-        return color;
-    }
-    let haze = sky(normalize(vec3f(ray.x, 0.0, ray.z)));
+// Up to where ridges reach at most, as a ray's slope.
+const RIDGES_END: f32 = 0.045;
+
+// The ridges on the horizon, and below it what they stand on: colour, and how much of the sky behind they cover.
+fn ridges(ray: vec3f) -> vec4f {
+    let haze = haze_color(ray);
     let woods = vec3f(0.05, 0.085, 0.06) * (frame.sky_color + 0.5 * frame.sun_color);
     // Half the slope that one pixel spans.
     let m = frame.clip_from_world;
@@ -55,9 +57,36 @@ fn far_off(ray: vec3f) -> vec3f {
     let before = smoothstep(soft, -soft, ray.y - 0.001 - 0.009 * ridge(ray, 47.0));
     // Mist lies in the valleys.
     let mist = smoothstep(0.0, 0.03, ray.y);
-    return mix(mix(color, mix(haze, woods, 0.2 + 0.15 * mist), behind), mix(haze, woods, 0.32 + 0.6 * mist), before);
+    let back = vec4f(mix(haze, woods, 0.2 + 0.15 * mist), 1.0) * behind;
+    return mix(back, vec4f(mix(haze, woods, 0.32 + 0.6 * mist), 1.0), before);
 }
 
+// The sky with the ridges before it.
+fn far_off(ray: vec3f) -> vec3f {
+    let shown = select(ridges(ray), vec4f(0.0), ray.y > RIDGES_END);
+    return sky(ray) * (1.0 - shown.a) + shown.rgb;
+}
+
+@fragment
+fn fs_main_sky(seen: Seen) -> @location(0) vec4f {
+    return vec4f(held(sky(normalize(seen.ray))), 1.0);
+}
+
+// A ring at infinity that holds the ridges and all below the horizon. In parallel projection there is no horizon, and nothing is drawn.
+@vertex
+fn vs_main_ridges(@builtin(vertex_index) vertex: u32) -> Seen {
+    let bearing = f32(vertex >> 1u) * (6.2831853 / f32(BEARINGS));
+    let ray = vec3f(sin(bearing), select(-1.0, 1.01 * RIDGES_END, (vertex & 1u) == 1u), cos(bearing));
+    let at = frame.clip_from_world * vec4f(ray, 0.0);
+    return Seen(vec4f(at.xy, 0.0, at.w), frame.eye, ray);
+}
+
+@fragment
+fn fs_main_ridges(seen: Seen) -> @location(0) vec4f {
+    return vec4f(held(far_off(normalize(seen.ray))), 1.0);
+}
+
+// Level ground and all above.
 @fragment
 fn fs_main(seen: Seen) -> Drawn {
     let near = seen.near;

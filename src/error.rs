@@ -443,10 +443,10 @@ pub enum Error {
         /// What is wrong there.
         what: &'static str,
     },
-    // ---- Growth of outlines ----
-    /// A picture too large for the buffers of growth.
-    #[error("outlines grow in pictures of up to {limit_px} pixels on this adapter, but {}×{} were asked for; choose another --size or --growth none", found[0], found[1])]
-    GrowthSize {
+    // ---- Growth and smoothing of outlines ----
+    /// A picture too large for the buffers that list pixels on outlines.
+    #[error("outlines grow and get smooth in pictures of up to {limit_px} pixels on this adapter, but {}×{} were asked for; choose another --size or --stage unshaped", found[0], found[1])]
+    OutlineSize {
         /// Width and height asked for.
         found: [u32; 2],
         /// How many pixels there may be.

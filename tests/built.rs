@@ -98,6 +98,30 @@ fn a_side_is_seen_from_its_side_alone_and_turns_with_its_tree() {
     }
 }
 
+#[test]
+fn a_sector_is_seen_from_its_azimuths_and_elevations_alone() {
+    let Some(mut renderer) = software_renderer() else { return };
+    let axis = Vec3::new(0.6, 0.0, 0.8);
+    let seen = Seen {
+        anchor: Vec3::Y * 5.0,
+        facing: Facing::Sector { axis, cosines: [0.3, 0.7], rises: [0.1, 0.3], sinks: [0.6, 0.8] },
+        ..Seen::default()
+    };
+    let ball = ball(Vec3::Y * 5.0, Vec3::splat(2.0), [0.3; 3]);
+    let whole = renderer.upload(std::slice::from_ref(&ball)).unwrap();
+    let tree = renderer.upload_built(&built(vec![BuiltPart::still(ball).seen(seen)])).unwrap();
+    for azimuth in [37.0, 95.0, 180.0f32] {
+        for elevation in [0.0, 11.0, 30.0, 44.0, 70.0f32] {
+            let shot = shot_from(azimuth, elevation, 30.0, 256);
+            let mut area = |tree| area_px(&take(&mut renderer, &shot, tree)) as f32;
+            let found = area(&tree) / area(&whole);
+            let ((sin, cos), (rise, level)) = (azimuth.to_radians().sin_cos(), elevation.to_radians().sin_cos());
+            let expected = seen.share_toward(Vec3::new(sin * level, rise, cos * level));
+            assert!((found - expected).abs() < 0.05, "{found} instead of {expected} from {azimuth}, {elevation}");
+        }
+    }
+}
+
 /// A tree whose near and far levels, sides and instances fade into one another, parts in any order.
 fn fading_tree(renderer: &Renderer, order: &[usize]) -> Tree {
     let anchor = Vec3::Y * 5.0;

@@ -27,7 +27,8 @@ struct Frame {
     haze: vec2f,
     // From where distances are told by which levels of detail are chosen.
     level_eye: vec3f,
-    pad: f32,
+    // The sun chooses levels as for trees so many metres away in that picture; 0: as the viewer does.
+    sun_level_m: f32,
 }
 
 // Values of shading.

@@ -6,12 +6,21 @@
 // How soft the shadow of a crown some metres up is on the ground: the sun is half a degree wide.
 const PENUMBRA_M: f32 = 0.08;
 
+// What a point of the lattice is told by: x and y times these.
+const LATTICE_X: u32 = 0x9E3779B1u;
+const LATTICE_Y: u32 = 0x85EBCA77u;
+
 // A number in 0..1 for a point of the lattice.
 fn lattice(p: vec2i) -> f32 {
-    var h = bitcast<u32>(p.x) * 0x9E3779B1u ^ bitcast<u32>(p.y) * 0x85EBCA77u;
-    h = (h ^ (h >> 15u)) * 0x2C1B3C6Du;
-    h = (h ^ (h >> 12u)) * 0x297A2D39u;
-    return f32((h ^ (h >> 15u)) >> 8u) / 16777216.0;
+    return lattices(vec4u(bitcast<u32>(p.x) * LATTICE_X ^ bitcast<u32>(p.y) * LATTICE_Y)).x;
+}
+
+// The same for four of them, each told by one word.
+fn lattices(told: vec4u) -> vec4f {
+    var h = (told ^ (told >> vec4u(15u))) * 0x2C1B3C6Du;
+    h = (h ^ (h >> vec4u(12u))) * 0x297A2D39u;
+    // By way of signed numbers, which software drivers turn into fractions faster.
+    return vec4f(vec4i((h ^ (h >> vec4u(15u))) >> vec4u(8u))) / 16777216.0;
 }
 
 // Smooth noise of the given wavelength, -1..1, that vanishes before pixels of `footprint_m` get too coarse for it.
@@ -21,12 +30,14 @@ fn noise(at: vec2f, wave_m: f32, footprint_m: f32) -> f32 {
         return 0.0;
     }
     let p = at / wave_m;
-    let cell = vec2i(floor(p));
-    let f = p - floor(p);
+    let cell = floor(p);
+    let f = p - cell;
     let t = f * f * (3.0 - 2.0 * f);
-    let near = mix(lattice(cell), lattice(cell + vec2i(1, 0)), t.x);
-    let far = mix(lattice(cell + vec2i(0, 1)), lattice(cell + vec2i(1, 1)), t.x);
-    return shown * (2.0 * mix(near, far, t.y) - 1.0);
+    let told = bitcast<vec2u>(vec2i(cell)) * vec2u(LATTICE_X, LATTICE_Y);
+    let next = told + vec2u(LATTICE_X, LATTICE_Y);
+    let corners = lattices(vec4u(told.x, next.x, told.x, next.x) ^ vec4u(told.yy, next.yy));
+    let sides = mix(corners.xz, corners.yw, t.x);
+    return shown * (2.0 * mix(sides.x, sides.y, t.y) - 1.0);
 }
 
 // A mown meadow: patches of two greens, and grain near the viewer.

@@ -33,6 +33,8 @@ struct Presence {
     vanish_anchor: vec3f,
     pad2: f32,
     cosines: vec2f,
+    rises: vec2f,
+    sinks: vec2f,
     pad3: vec2f,
 }
 
@@ -41,6 +43,7 @@ const FACING: u32 = {FACING};
 const FACING_LEVEL: u32 = {FACING_LEVEL};
 const FACING_BOTH: u32 = {FACING_BOTH};
 const FACING_OWN: u32 = {FACING_OWN};
+const FACING_SECTOR: u32 = {FACING_SECTOR};
 // Values of PART_FADE: always seen in full; thinned out by a hash of the place; by its alpha.
 const FADE_NEVER: u32 = {FADE_NEVER};
 const FADE_ALPHA: u32 = {FADE_ALPHA};

@@ -12,6 +12,14 @@ fn rise(ends: vec2f, distance: f32) -> f32 {
     return (distance - ends.x) / (ends.y - ends.x);
 }
 
+// By a cosine or a sine; ends that fall count the other way round.
+fn share_between(ends: vec2f, cosine: f32) -> f32 {
+    if ends.y != ends.x {
+        return saturate((cosine - ends.x) / (ends.y - ends.x));
+    }
+    return select(0.0, 1.0, cosine >= ends.y);
+}
+
 fn share_toward(toward: vec3f, normal: vec3f) -> f32 {
     if (PART_FACING & FACING) == 0u {
         return 1.0;
@@ -27,15 +35,18 @@ fn share_toward(toward: vec3f, normal: vec3f) -> f32 {
     if (PART_FACING & FACING_BOTH) != 0u {
         cosine = abs(cosine);
     }
-    let ends = presence.cosines;
-    if ends.y != ends.x {
-        return saturate((cosine - ends.x) / (ends.y - ends.x));
+    let share = share_between(presence.cosines, cosine);
+    if (PART_FACING & FACING_SECTOR) == 0u {
+        return share;
     }
-    return select(0.0, 1.0, cosine >= ends.y);
+    return share * share_between(presence.rises, toward.y) * (1.0 - share_between(presence.sinks, toward.y));
 }
 
 // How far the viewer is from a point of the tree, in its heights.
-fn heights_to(tree: Standing, at: vec3f) -> f32 {
+fn heights_to(tree: Standing, at: vec3f, for_sun: bool) -> f32 {
+    if for_sun && frame.sun_level_m > 0.0 {
+        return frame.sun_level_m / (tree.scale * material.tree_height_m);
+    }
     let way = frame.heights.x + frame.heights.y * distance(frame.level_eye, still(tree, at));
     // Below 0: a level was told, wherever the viewer stands.
     return select(way / (tree.scale * material.tree_height_m), frame.heights.x, frame.heights.y < 0.0);
@@ -47,8 +58,8 @@ fn share_of(tree: Standing, normal: vec3f, for_sun: bool) -> f32 {
     if PART_FADE == FADE_NEVER {
         return 1.0;
     }
-    let appeared = rise(presence.appears, heights_to(tree, presence.anchor));
-    let vanished = rise(presence.vanishes, heights_to(tree, presence.vanish_anchor));
+    let appeared = rise(presence.appears, heights_to(tree, presence.anchor, for_sun));
+    let vanished = rise(presence.vanishes, heights_to(tree, presence.vanish_anchor, for_sun));
     return appeared * (1.0 - vanished) * share_toward(toward_seer(tree, presence.anchor, for_sun), normal);
 }
 

@@ -18,13 +18,15 @@ fn sun_on_solid(world: vec3f, soft_m: f32) -> f32 {
     if frame.shadow_texel_m == 0.0 || any(abs(place.xy - 0.5) > 0.5 + reach) {
         return 1.0;
     }
-    var seen = 0.0;
-    for (var y = -1; y <= 1; y++) {
-        for (var x = -1; x <= 1; x++) {
-            seen += textureSampleCompareLevel(sun_map, sun_sampler, place.xy + vec2f(vec2i(x, y)) * reach, place.z);
-        }
-    }
-    return seen / 9.0;
+    // Four bilinear taps spread as wide as nine with a step of `reach` between them.
+    let tap = 0.8165 * reach;
+    let seen = vec4f(
+        textureSampleCompareLevel(sun_map, sun_sampler, place.xy - tap, place.z),
+        textureSampleCompareLevel(sun_map, sun_sampler, place.xy + vec2f(tap.x, -tap.y), place.z),
+        textureSampleCompareLevel(sun_map, sun_sampler, place.xy + vec2f(-tap.x, tap.y), place.z),
+        textureSampleCompareLevel(sun_map, sun_sampler, place.xy + tap, place.z),
+    );
+    return dot(seen, vec4f(0.25));
 }
 
 // The share of sunlight that reaches a point among leaves through what lies between it and the sun: thin foliage lets light through, by a

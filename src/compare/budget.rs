@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::plan::Plan;
+use super::truth::finer;
 
 /// What a comparison is expected to take, and what it took.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -43,8 +44,8 @@ pub fn seconds(plan: &Plan, triangles: usize, methods: usize) -> f64 {
     // A square picture around the tree and a margin.
     let kpx = |height_px: f32| (1.3 * f64::from(height_px)).powi(2) / 1e3;
     let one = |[each, of_ktri, of_kpx]: [f64; 3], ktri: f64, kpx: f64| each + of_ktri * ktri + of_kpx * kpx;
-    let pictures = |ktri: f64, finer: f64| -> f64 {
-        let at = |&height_px: &f32| one(cost::PICTURE, ktri, kpx(height_px) * finer);
+    let pictures = |ktri: f64, finer: fn(f32) -> u32| -> f64 {
+        let at = |&height_px: &f32| one(cost::PICTURE, ktri, kpx(height_px) * f64::from(finer(height_px)).powi(2));
         plan.heights_px.iter().map(at).sum()
     };
     let angles = (plan.views.len() * plan.suns.len()) as f64;
@@ -55,8 +56,8 @@ pub fn seconds(plan: &Plan, triangles: usize, methods: usize) -> f64 {
     let [build, build_ktri] = cost::BUILD;
     let [timing, timing_ktri] = cost::TIMING;
     let timings = plan.heights_px.len() as f64 * (1.0 + levels);
-    let truth = angles * pictures(ktri, 4.0) + plan.motion.orbit_frames as f64 * one(cost::FRAME, ktri, 16.0);
-    let method = (angles + levels * firsts) * pictures(ours, 1.0)
+    let truth = angles * pictures(ktri, finer) + plan.motion.orbit_frames as f64 * one(cost::FRAME, ktri, 16.0);
+    let method = (angles + levels * firsts) * pictures(ours, |_| 1)
         + frames * one(cost::FRAME, ours, 36.0)
         + timings * (plan.timing_ms as f64 + timing + timing_ktri * ours)
         + build

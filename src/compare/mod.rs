@@ -41,7 +41,7 @@ pub use run::{Progress, Request, every_method, run};
 pub use score::{COLUMNS, Column, Figures};
 pub use staging::{BACKGROUNDS, Seen, Stage};
 pub use store::{Identity, Store};
-pub use truth::coarser;
+pub use truth::{coarser, finer};
 
 /// The method that is the truth of a reference tree.
 pub const TRUTH: &str = "geometry";

@@ -4,6 +4,7 @@ mod delaunay;
 mod height_field;
 mod mesh;
 mod quads;
+mod skirt;
 mod surface;
 mod topology;
 
@@ -11,5 +12,6 @@ pub use delaunay::sphere_delaunay;
 pub use height_field::{FARTHEST_M, GroundMesh, HeightField, MOST_POINTS};
 pub use mesh::{Bounds, PolyMesh};
 pub use quads::{QuadRules, pair_into_quads};
+pub use skirt::skirt;
 pub use surface::Surface;
 pub use topology::{Edges, Topology};

@@ -13,11 +13,13 @@ pub const SHARED_NUMBERS: &[(&str, u32)] = &[
     ("GROWN", GROWN),
     ("LENGTH_BITS", LENGTH_BITS),
     ("ROOTS_PER_GROUP", ROOTS_PER_GROUP),
+    ("BEARINGS", BEARINGS),
     ("CAPTURE_SAMPLES", CAPTURE_SAMPLES),
     ("FACING", Presence::FACING),
     ("FACING_LEVEL", Presence::FACING_LEVEL),
     ("FACING_BOTH", Presence::FACING_BOTH),
     ("FACING_OWN", Presence::FACING_OWN),
+    ("FACING_SECTOR", Presence::FACING_SECTOR),
     ("FADE_NEVER", Presence::FADE_NEVER),
     ("FADE_ALPHA", Presence::FADE_ALPHA),
     ("TURNED_UPRIGHT", Presence::TURNED_UPRIGHT),
@@ -38,6 +40,9 @@ pub const LENGTH_BITS: u32 = 8;
 pub const CAPTURE_SAMPLES: u32 = 3;
 /// Roots that a workgroup walks.
 pub const ROOTS_PER_GROUP: u32 = 64;
+
+/// Pieces of the ring on which the ridges on the horizon are drawn.
+pub const BEARINGS: u32 = 64;
 
 /// What every pass knows of the frame: WGSL `Frame`, at group 0, binding 0.
 #[repr(C)]
@@ -90,8 +95,8 @@ pub struct Frame {
     pub haze: [f32; 2],
     /// From where distances are told by which levels of detail are chosen, metres.
     pub level_eye: [f32; 3],
-    /// Unused: keeps the size a multiple of 16.
-    pub pad: f32,
+    /// The sun chooses levels as for trees so many metres away in that picture; 0: as the viewer does.
+    pub sun_level_m: f32,
 }
 
 impl Frame {
@@ -163,6 +168,10 @@ pub struct Presence {
     pub pad2: f32,
     /// Where it begins to be seen by the cosine to that side, and where it is seen wholly.
     pub cosines: [f32; 2],
+    /// In a sector: sines of the viewer's elevation between which it comes to be seen.
+    pub rises: [f32; 2],
+    /// And between which it ceases to be.
+    pub sinks: [f32; 2],
     /// Unused: keeps the size a multiple of 16.
     pub pad3: [f32; 2],
 }
@@ -182,6 +191,8 @@ impl Presence {
     pub const FACING_BOTH: u32 = 4;
     /// By each polygon's own normal.
     pub const FACING_OWN: u32 = 8;
+    /// And by elevation.
+    pub const FACING_SECTOR: u32 = 16;
     /// A card that turns about the vertical.
     pub const TURNED_UPRIGHT: u32 = 1;
     /// A card that faces whoever sees it.
@@ -265,6 +276,22 @@ pub struct GrownColor {
     pub red_green: u32,
     /// The last of its colours, and how much of it is covered.
     pub blue_coverage: u32,
+}
+
+/// The pixels on outlines that get smooth in a frame: WGSL `Smoothed`. The first four are the arguments of their points' indirect draw.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Smoothed {
+    /// How many there are.
+    pub pixels: u32,
+    /// 1.
+    pub instances: u32,
+    /// 0.
+    pub first_vertex: u32,
+    /// 0.
+    pub first_instance: u32,
+    /// In how many tiles they are looked for.
+    pub tiles: u32,
 }
 
 /// One crown that is near enough to grow: WGSL `GrowingCrown`, in a storage buffer.

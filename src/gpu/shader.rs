@@ -48,6 +48,8 @@ pub const SHADERS: &[(&str, &str)] = &[
     ("terrain", include_str!("../../shaders/terrain.wgsl")),
     ("backdrop", include_str!("../../shaders/backdrop.wgsl")),
     ("present", include_str!("../../shaders/present.wgsl")),
+    ("smooth", include_str!("../../shaders/smooth.wgsl")),
+    ("smoothed", include_str!("../../shaders/smoothed.wgsl")),
     ("composite", include_str!("../../shaders/composite.wgsl")),
 ];
 

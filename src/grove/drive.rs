@@ -19,6 +19,8 @@ crate::params! {
     pub struct FollowParams {
         /// The point from which distances are told follows the camera once it is farther away: to and fro within changes no level.
         slack_m: f64 = 1.0, in 0.0..=100.0, unit "m", source "ours: hysteresis";
+        /// Everything counts as so many times as far away: 2 draws each tree as if it were half as high in the picture.
+        coarser: f64 = 1.0, in 0.1..=10.0, unit "", source "ours: levels change where their errors are a pixel high";
         /// At that speed of the camera everything counts as twice as far away; 0 for never.
         haste_m_s: f64 = 60.0, in 0.0..=10_000.0, unit "m/s", source "Truelsen §9.2: high speed requires lower details; the speed is ours";
     }
@@ -99,7 +101,8 @@ impl Trail {
             self.camera.filter(|(before, _)| time_s > *before).map_or(0.0, |(before, at)| at.distance(camera) / (time_s - before));
         (self.eye, self.camera) = (Some(eye), Some((time_s, camera)));
         let haste = params.haste_m_s as f32;
-        LevelViewer { eye, farther: if haste > 0.0 { 1.0 + speed / haste } else { 1.0 } }
+        let hurried = if haste > 0.0 { 1.0 + speed / haste } else { 1.0 };
+        LevelViewer { eye, farther: params.coarser as f32 * hurried }
     }
 }
 

@@ -1,7 +1,9 @@
-//! The trees' temporary picture goes into the frame where it is nearer (She §3.4, fig. 14), pixel by pixel or with smooth outlines
+//! The trees' temporary picture goes into the frame where it is nearer (She §3.4, fig. 14), whole pixels or with smooth outlines
 //! (fig. 15 d). Only the tiles that trees touch are drawn.
 
+use super::bound::{PLAIN_COLOR, bind, group_layout, storage, texture, view};
 use super::screen::ScreenPipeline;
+use super::smoothing::Smoothing;
 use super::targets::{COLOR, Targets, color_attachment, depth_attachment, nearer};
 use crate::Result;
 use crate::gpu::{Gpu, KeptBuffer, Shader};
@@ -10,11 +12,12 @@ use crate::raster::{to_linear, to_srgb};
 /// Composites by depth.
 #[derive(Debug)]
 pub struct Composite {
-    layout: wgpu::BindGroupLayout,
-    hard: wgpu::RenderPipeline,
-    smooth: wgpu::RenderPipeline,
-    fringe: wgpu::RenderPipeline,
+    /// With what is covered in part over the frame, or as it is.
+    over: wgpu::RenderPipeline,
+    whole: wgpu::RenderPipeline,
+    smoothing: Smoothing,
     tiles: KeptBuffer,
+    layout: wgpu::BindGroupLayout,
     /// Of the tiles and targets as they are.
     group: Option<wgpu::BindGroup>,
 }
@@ -22,44 +25,45 @@ pub struct Composite {
 impl Composite {
     /// Compiles its pipelines.
     pub fn new(gpu: &Gpu, frame: &wgpu::BindGroupLayout) -> Self {
-        let layout = layout(gpu);
+        let (color, depth) = (texture(PLAIN_COLOR), texture(wgpu::TextureSampleType::Depth));
+        let layout = group_layout(gpu, "composite.layout", wgpu::ShaderStages::VERTEX_FRAGMENT, &[depth, color, storage(true)]);
         let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("composite.layout"),
-            bind_group_layouts: &[Some(frame), Some(&layout)],
+            bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
         let shader = Shader::load(gpu, "composite");
-        let pipeline = |label, fragment, blend, writes_depth| {
+        let pipeline = |label, blend| {
             let targets = [Some(wgpu::ColorTargetState { format: COLOR, blend, write_mask: wgpu::ColorWrites::ALL })];
             let pipeline = ScreenPipeline {
                 layout: Some(&pipeline_layout),
-                fragment,
                 topology: wgpu::PrimitiveTopology::TriangleStrip,
-                depth: Some(wgpu::DepthStencilState { depth_write_enabled: Some(writes_depth), ..nearer() }),
+                depth: Some(nearer()),
                 ..ScreenPipeline::new(label, &shader, &targets)
             };
             pipeline.compiled(gpu)
         };
-        let over = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
         Self {
-            hard: pipeline("composite.hard", "fs_main", None, true),
-            smooth: pipeline("composite.smooth", "fs_main_smooth", over, true),
-            fringe: pipeline("composite.fringe", "fs_main_fringe", over, false),
+            over: pipeline("composite.over", Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING)),
+            whole: pipeline("composite.whole", None),
+            smoothing: Smoothing::new(gpu, frame),
             tiles: KeptBuffer::new(gpu, "composite.tiles", wgpu::BufferUsages::STORAGE),
-            group: None,
             layout,
+            group: None,
         }
     }
 
     /// Drops what belongs to targets that there will be no more.
     pub fn forget_targets(&mut self) {
         self.group = None;
+        self.smoothing.forget_targets();
     }
 
     /// Draws the trees over the frame in the given tiles, with smooth outlines or whole pixels. Where nothing stood behind, the frame's
     /// colour is premultiplied afterwards.
     ///
     /// # Errors
+    /// [`Error::OutlineSize`](crate::Error::OutlineSize) for a picture that is too large to smooth outlines in,
     /// [`Error::Device`](crate::Error::Device) when memory runs out.
     pub fn draw(
         &mut self,
@@ -75,10 +79,16 @@ impl Composite {
         }
         if self.tiles.fill(gpu, bytemuck::cast_slice(tiles))? {
             self.group = None;
+            self.smoothing.forget_tiles();
         }
+        let count = tiles.len() as u32;
+        if smooth {
+            self.smoothing.mix(gpu, encoder, frame, targets, &self.tiles, count)?;
+        }
+        let resources = || [view(&targets.tree_depth), view(&targets.tree_color), self.tiles.get().as_entire_binding()];
         let group = match self.group.take() {
             Some(group) => group,
-            None => gpu.guarded(|| bound(gpu, &self.layout, targets, self.tiles.get()))?,
+            None => gpu.guarded(|| bind(gpu, "composite.group", &self.layout, &resources()))?,
         };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("composite"),
@@ -86,28 +96,15 @@ impl Composite {
             depth_stencil_attachment: Some(depth_attachment(&targets.frame_depth, false)),
             ..Default::default()
         });
-        pass.set_bind_group(0, frame, &[]);
-        pass.set_bind_group(1, &group, &[]);
-        let pipelines: &[_] = if smooth { &[&self.smooth, &self.fringe] } else { &[&self.hard] };
-        for pipeline in pipelines {
-            pass.set_pipeline(pipeline);
-            pass.draw(0..4, 0..tiles.len() as u32);
+        pass.set_pipeline(if smooth { &self.over } else { &self.whole });
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..4, 0..count);
+        if smooth {
+            self.smoothing.draw(&mut pass);
         }
         self.group = Some(group);
         Ok(())
     }
-}
-
-fn bound(gpu: &Gpu, layout: &wgpu::BindGroupLayout, targets: &Targets, tiles: &wgpu::Buffer) -> wgpu::BindGroup {
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("composite.group"),
-        layout,
-        entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&targets.tree_depth.view) },
-            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&targets.tree_color.view) },
-            wgpu::BindGroupEntry { binding: 2, resource: tiles.as_entire_binding() },
-        ],
-    })
 }
 
 /// From premultiplied to straight alpha, sRGB bytes: light is divided, not bytes, so that outlines get no dark fringe.
@@ -120,28 +117,6 @@ pub fn make_straight(rgba: &mut [u8]) {
             }
         }
     }
-}
-
-fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
-    let texture = |sample_type| wgpu::BindingType::Texture {
-        sample_type,
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
-    };
-    let tiles = wgpu::BindingType::Buffer {
-        ty: wgpu::BufferBindingType::Storage { read_only: true },
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    };
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("composite.layout"),
-        entries: &[
-            entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, texture(wgpu::TextureSampleType::Depth)),
-            entry(1, wgpu::ShaderStages::FRAGMENT, texture(wgpu::TextureSampleType::Float { filterable: false })),
-            entry(2, wgpu::ShaderStages::VERTEX, tiles),
-        ],
-    })
 }
 
 #[cfg(test)]

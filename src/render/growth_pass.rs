@@ -1,11 +1,12 @@
 //! The passes that grow the outlines in the trees' temporary pictures (She §3.3, fig. 13), and what they keep between frames.
 
+use super::bound::{PLAIN_COLOR, bind, compute_pipeline, group_layout, storage, texture, view};
 use super::growth::GrowthInput;
 use super::limb::Twigs;
 use super::screen::ScreenPipeline;
-use super::targets::{COLOR, ID, Targets, color_attachment, depth_attachment, nearer};
-use crate::gpu::{Gpu, KeptBuffer, Shader, Target, layout};
-use crate::{Error, Result, Seed};
+use super::targets::{COLOR, ID, Targets, color_attachment, depth_attachment, listed_pixels, nearer};
+use crate::gpu::{Gpu, KeptBuffer, Shader, layout};
+use crate::{Result, Seed};
 
 /// The passes of growth, and their buffers.
 #[derive(Debug)]
@@ -62,12 +63,7 @@ const BYTES_PER_PX: u64 = 8;
 
 impl Buffers {
     fn new(gpu: &Gpu, size_px: [u32; 2]) -> Result<Self> {
-        let pixels = u64::from(size_px[0]) * u64::from(size_px[1]);
-        let limits = gpu.device.limits();
-        let limit_px = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / BYTES_PER_PX;
-        if pixels > limit_px {
-            return Err(Error::GrowthSize { found: size_px, limit_px });
-        }
+        let pixels = listed_pixels(gpu, size_px, BYTES_PER_PX)?;
         let buffer = |label, size: u64, usage| {
             let usage = wgpu::BufferUsages::STORAGE | usage;
             gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
@@ -90,17 +86,7 @@ impl GrowthPass {
     pub fn new(gpu: &Gpu) -> Self {
         let layouts = Layouts::new(gpu);
         let shader = Shader::load(gpu, "growth");
-        let pipeline = |label, entry_point, groups: &[Option<&wgpu::BindGroupLayout>]| {
-            let descriptor = wgpu::PipelineLayoutDescriptor { label: Some(label), bind_group_layouts: groups, immediate_size: 0 };
-            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(label),
-                layout: Some(&gpu.device.create_pipeline_layout(&descriptor)),
-                module: &shader.0,
-                entry_point: Some(entry_point),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-        };
+        let pipeline = |label, entry_point, groups: &[_]| compute_pipeline(gpu, label, &shader.0, entry_point, groups);
         let walk = |label, entry_point| pipeline(label, entry_point, &[Some(&layouts.common), None, None, Some(&layouts.walk)]);
         let plan_buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("growth.plan"),
@@ -140,7 +126,7 @@ impl GrowthPass {
     /// Grows the outlines in the trees' temporary buffers. `crowns` holds those of `input` on the device, the same buffer in every frame.
     ///
     /// # Errors
-    /// [`Error::GrowthSize`] for a picture that is too large to grow in, [`Error::Device`] when memory runs out.
+    /// [`Error::OutlineSize`](crate::Error::OutlineSize) for a picture that is too large to grow in, [`Error::Device`](crate::Error::Device) when memory runs out.
     pub fn draw(
         &mut self,
         gpu: &Gpu,
@@ -250,42 +236,11 @@ impl GrowthPass {
     }
 }
 
-fn view(target: &Target) -> wgpu::BindingResource<'_> {
-    wgpu::BindingResource::TextureView(&target.view)
-}
-
-/// Binds resources in order, from 0.
-fn bind(gpu: &Gpu, label: &str, layout: &wgpu::BindGroupLayout, resources: &[wgpu::BindingResource]) -> wgpu::BindGroup {
-    let numbered = resources.iter().zip(0..);
-    let entries: Vec<_> =
-        numbered.map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource: resource.clone() }).collect();
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
-}
-
 impl Layouts {
     fn new(gpu: &Gpu) -> Self {
-        let texture = |sample_type| wgpu::BindingType::Texture {
-            sample_type,
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
-        let storage = |read_only| wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
         let (read, written) = (storage(true), storage(false));
-        let layout = |label, types: &[wgpu::BindingType]| {
-            let entry = |(i, ty): (usize, &wgpu::BindingType)| wgpu::BindGroupLayoutEntry {
-                binding: i as u32,
-                visibility: wgpu::ShaderStages::COMPUTE,
-                ty: *ty,
-                count: None,
-            };
-            let entries: Vec<_> = types.iter().enumerate().map(entry).collect();
-            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
-        };
-        let color = texture(wgpu::TextureSampleType::Float { filterable: false });
+        let layout = |label, types: &[wgpu::BindingType]| group_layout(gpu, label, wgpu::ShaderStages::COMPUTE, types);
+        let color = texture(PLAIN_COLOR);
         let depth = texture(wgpu::TextureSampleType::Depth);
         let id = texture(wgpu::TextureSampleType::Uint);
         let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering);

@@ -80,7 +80,7 @@ fn pictures_of(renderer: &Renderer) -> TreePictures {
 
 fn draw_growing(renderer: &mut Renderer, shot: &Shot, stands: &[Stand], growing: &GrowthInput) {
     let sun = renderer.sun_view(shot, &stands.into()).unwrap();
-    renderer.draw_growing(shot, &Placed { stands, crowd: None, ground: None }, growing, sun).unwrap();
+    renderer.draw_growing(shot, &Placed { stands, casters: stands.len(), crowd: None, ground: None }, growing, sun).unwrap();
 }
 
 /// Draws twice, without and with growth, and compares with the twin. Returns how many pixels grew.

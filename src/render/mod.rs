@@ -11,6 +11,7 @@
 //! any number of times. Each kind of part has its `drawer`.
 
 mod backdrop;
+mod bound;
 mod camera;
 mod capture;
 mod composite;
@@ -34,6 +35,7 @@ mod present;
 mod scene;
 mod screen;
 mod shadow;
+mod smoothing;
 mod targets;
 mod terrain;
 mod tiles;
@@ -76,7 +78,6 @@ use placing::Groups;
 use scene::Instances;
 use shadow::{SunMap, SunView};
 use targets::{Targets, color_attachment, depth_attachment};
-use terrain::TerrainDrawer;
 use wind::Sway;
 use world::Placed;
 
@@ -212,7 +213,7 @@ pub struct Picture {
     pub depth_m: Vec<f32>,
 }
 
-/// Most pixels of a picture: its targets and the buffers of growth take about 40 bytes a pixel, and reading it back 8.
+/// Most pixels of a picture: its targets and the buffers of growth and smoothing take about 65 bytes a pixel, and reading it back 8.
 const MAX_PIXELS: u64 = 16 << 20;
 
 /// Draws frames. Owns the device and every pipeline.
@@ -223,7 +224,6 @@ pub struct Renderer {
     frame: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
     backdrop: Backdrop,
-    grounds: TerrainDrawer,
     parts: PartStore,
     groups: Groups,
     instances: Instances,
@@ -238,6 +238,8 @@ pub struct Renderer {
     crowns: wgpu::Buffer,
     targets: Option<Targets>,
     uploaded_bytes: u64,
+    /// What the sun's map shows, where that is known.
+    cast: Option<(u64, crowd::SunLook)>,
     counted: Counted,
     prepared_ms: f64,
     /// Running while a frame is timed.
@@ -281,8 +283,7 @@ impl Renderer {
         let parts = PartStore::new(&gpu);
         let crowd = crowd::group_layout(&gpu);
         let groups = Groups { frame: frame_layout, part: parts.layout.clone(), sun: sun.layout.clone(), crowd };
-        let backdrop = Backdrop::new(&gpu, &groups.frame, &groups.sun);
-        let grounds = TerrainDrawer::new(&gpu, &groups);
+        let backdrop = Backdrop::new(&gpu, &groups);
         let instances = Instances::new(&gpu);
         let meshes = MeshDrawer::new(&gpu, &groups);
         let leaves = ForestDrawer::new(&gpu, &groups);
@@ -295,7 +296,6 @@ impl Renderer {
             frame,
             frame_group,
             backdrop,
-            grounds,
             parts,
             groups,
             instances,
@@ -309,6 +309,7 @@ impl Renderer {
             crowns,
             targets: None,
             uploaded_bytes: 0,
+            cast: None,
             counted: Counted::default(),
             prepared_ms: 0.0,
             clock: None,
@@ -432,6 +433,7 @@ impl Renderer {
         let begun = Instant::now();
         let sun = self.sun_view(shot, &world)?;
         let World { stands, crowd, ground, cull, frozen } = world;
+        let casters = stands.len();
         let (mut sent, mut crowd_of_frame, mut near) = (0, None, vec![]);
         if let Some(crowd) = crowd {
             sent = crowd.see(&self.gpu, shot, frozen, sun, &cull)?;
@@ -443,7 +445,7 @@ impl Renderer {
         let stands: Vec<Stand> = stands.iter().copied().chain(near).collect();
         let rects = crowd_of_frame.map_or(&[][..], |crowd| &crowd.seen().rects);
         let growing = GrowthInput::new(shot, &stands, rects, &self.growth.twigs);
-        let placed = Placed { stands: &stands, crowd: crowd_of_frame, ground };
+        let placed = Placed { stands: &stands, casters, crowd: crowd_of_frame, ground };
         self.prepared_ms = begun.elapsed().as_secs_f64() * 1e3;
         self.draw_growing(shot, &placed, &growing, sun)?;
         self.uploaded_bytes += sent;
@@ -466,10 +468,14 @@ impl Renderer {
         self.resize(shot.size_px)?;
         let targets = self.targets.as_ref().expect("just made");
         let (sway, view) = (Sway::of(&shot.wind), sun_map.map(|(view, _)| view));
-        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view, placed.ground_m())));
+        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view, placed)));
         self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
         let (scene, mut uploaded_bytes) = self.instances.scene(&self.gpu, shot, placed, growing, sun_map)?;
-        self.counted = scene.counted();
+        // The map of a crowd in still air stays while the sun sees the same of it.
+        let cast = placed.crowd.filter(|_| placed.casters == 0 && sway == Sway::NONE).and_then(Crowd::cast);
+        let map_stays = cast.is_some() && self.cast == cast;
+        self.cast = cast.filter(|_| view.is_some());
+        self.counted = scene.counted(!map_stays);
         let gpu = &self.gpu;
         self.sent_bytes = self.leaves.prepare(gpu, &scene)?;
         uploaded_bytes += self.sent_bytes + self.meshes.prepare(gpu, &scene)? + self.impostors.prepare(gpu, &scene)?;
@@ -478,16 +484,15 @@ impl Renderer {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let mut passed = |encoder: &mut _, pass| self.clock.as_mut().map_or(Ok(()), |clock| clock.passed(gpu, encoder, pass));
         passed(&mut encoder, "begin")?;
-        if view.is_some() {
+        if view.is_some() && !map_stays {
             let mut pass = begin_shadow(&mut encoder, &self.frame_group, &self.sun);
             drawers.iter().for_each(|drawer| drawer.draw(&mut pass, &scene, PassKind::Shadow));
             drop(pass);
+        }
+        if view.is_some() {
             passed(&mut encoder, "shadow map")?;
         }
-        self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background);
-        if let Some(ground) = placed.ground {
-            self.grounds.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, ground);
-        }
+        self.backdrop.draw(&mut encoder, &self.frame_group, &self.sun.group, targets, shot.background, placed.ground);
         passed(&mut encoder, "backdrop")?;
         let kind = PassKind::Temporary;
         let mut pass = begin_temporary(&mut encoder, &self.frame_group, &self.sun, targets);
@@ -567,7 +572,8 @@ fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLay
     }
 }
 
-fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> layout::Frame {
+fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, placed: &Placed) -> layout::Frame {
+    let (ground_m, crowded) = (placed.ground_m(), placed.crowd.is_some());
     let [width, height] = shot.size_px;
     let clip_from_world = shot.camera.clip_from_world(width as f32 / height as f32);
     let toward_sun = shot.toward_sun.normalize_or(Vec3::Y);
@@ -596,6 +602,6 @@ fn frame_of(shot: &Shot, sway: Sway, sun: Option<SunView>, ground_m: f32) -> lay
         heights: shot.heights(),
         haze: [shot.light.haze_m as f32, shot.light.haze_most as f32],
         level_eye: shot.level_eye().to_array(),
-        pad: 0.0,
+        sun_level_m: sun.filter(|_| crowded).map_or(0.0, |sun| sun.level_m()),
     }
 }

@@ -184,6 +184,7 @@ fn traits_of(part: &Part, (drawn, seen): (&Drawn, &Seen), place: PlaceInTree) ->
         },
         facing: match seen.facing {
             Facing::Any => 0,
+            Facing::Sector { .. } => layout::Presence::FACING | layout::Presence::FACING_LEVEL | layout::Presence::FACING_SECTOR,
             Facing::Own { .. } => layout::Presence::FACING | layout::Presence::FACING_OWN | layout::Presence::FACING_BOTH,
             Facing::Toward { level, both_sides, .. } => {
                 let bit = |set: bool, bit: u32| if set { bit } else { 0 };
@@ -225,10 +226,14 @@ fn is_stand_in(part: &Part, tree: Bounds) -> bool {
 
 fn presence_of(drawn: &Drawn, seen: &Seen) -> layout::Presence {
     let Seen { anchor, vanish_anchor, appears, vanishes, facing, .. } = *seen;
+    let (rises, sinks) = match facing {
+        Facing::Sector { rises, sinks, .. } => (rises, sinks),
+        _ => ([0.0; 2], [0.0; 2]),
+    };
     let (axis, cosines) = match facing {
         Facing::Any => (Vec3::Z, [0.0; 2]),
         Facing::Own { cosines } => (Vec3::Z, cosines),
-        Facing::Toward { axis, cosines, .. } => (axis, cosines),
+        Facing::Toward { axis, cosines, .. } | Facing::Sector { axis, cosines, .. } => (axis, cosines),
     };
     let (pivot, grid, radius_m) = match *drawn {
         Drawn::Still | Drawn::Forest(_) => (Vec3::ZERO, 0, 0.0),
@@ -247,6 +252,8 @@ fn presence_of(drawn: &Drawn, seen: &Seen) -> layout::Presence {
         vanish_anchor: vanish_anchor.unwrap_or(anchor).to_array(),
         pad2: 0.0,
         cosines,
+        rises,
+        sinks,
         pad3: [0.0; 2],
     }
 }

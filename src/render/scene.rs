@@ -33,6 +33,11 @@ impl Viewer {
         Self { camera: shot.camera, heights: shot.heights(), level_eye: shot.level_eye(), toward_sun }
     }
 
+    /// The same who sees a tree as large as it is on the sun's map, wherever it stands.
+    pub fn at_sun(self, view: &SunView) -> Self {
+        Self { heights: [view.level_m(), 0.0], ..self }
+    }
+
     /// From where levels are told, world space, and how far a thing `d` metres away is in the picture for which distances are told:
     /// `x + y · d`.
     pub fn eye_and_heights(&self) -> (Vec3, [f32; 2]) {
@@ -128,8 +133,8 @@ impl Scene<'_> {
         if kind == PassKind::Shadow { &self.cast } else { &self.seen }
     }
 
-    /// Draw calls and triangles of all passes, but for foliage in levels of detail.
-    pub fn counted(&self) -> Counted {
+    /// Draw calls and triangles of the picture, and of the sun's map if that is drawn, but for foliage in levels of detail.
+    pub fn counted(&self, with_map: bool) -> Counted {
         let of_kind = |kind| {
             let of_crowd = self.crowd.map_or(Counted::default(), |crowd| crowd.counted(kind));
             let parts = self.trees(kind).iter().flat_map(|placed| {
@@ -140,7 +145,7 @@ impl Scene<'_> {
                 sum + Counted { draws: 1, triangles: u64::from(count) * u64::from(part.count / 3) }
             })
         };
-        of_kind(PassKind::Temporary) + of_kind(PassKind::Shadow)
+        of_kind(PassKind::Temporary) + if with_map { of_kind(PassKind::Shadow) } else { Counted::default() }
     }
 }
 
@@ -177,7 +182,7 @@ impl Instances {
         });
         let seen = seen.collect();
         let sway = Sway::of(&shot.wind);
-        let cast = sun.into_iter().flat_map(|sun| stands.iter().map(move |stand| (stand, sun)));
+        let cast = sun.into_iter().flat_map(|sun| stands[..placed.casters].iter().map(move |stand| (stand, sun)));
         let cast = cast
             .map(|(stand, (view, size_px))| placing.place(stand.tree, casters_of(stand, sway, view, size_px), PassKind::Shadow));
         let cast = cast.collect();

@@ -8,8 +8,10 @@ pub struct ScreenPipeline<'a> {
     pub label: &'a str,
     /// `None` for that which the shader implies.
     pub layout: Option<&'a wgpu::PipelineLayout>,
-    /// The shader; it starts at `vs_main`.
+    /// The shader.
     pub shader: &'a Shader,
+    /// Where its vertex stage starts.
+    pub vertex: &'a str,
     /// Where its fragment stage starts.
     pub fragment: &'a str,
     /// Numbers of the fragment stage by name.
@@ -26,7 +28,7 @@ impl<'a> ScreenPipeline<'a> {
     /// One triangle without depth.
     pub fn new(label: &'a str, shader: &'a Shader, targets: &'a [Option<wgpu::ColorTargetState>]) -> Self {
         let (layout, depth, topology) = (None, None, wgpu::PrimitiveTopology::TriangleList);
-        Self { label, layout, shader, fragment: "fs_main", constants: &[], topology, depth, targets }
+        Self { label, layout, shader, vertex: "vs_main", fragment: "fs_main", constants: &[], topology, depth, targets }
     }
 
     /// Compiles it.
@@ -36,7 +38,7 @@ impl<'a> ScreenPipeline<'a> {
             layout: self.layout,
             vertex: wgpu::VertexState {
                 module: &self.shader.0,
-                entry_point: Some("vs_main"),
+                entry_point: Some(self.vertex),
                 compilation_options: Default::default(),
                 buffers: &[],
             },

@@ -7,9 +7,13 @@ use super::targets::DEPTH;
 use crate::Result;
 use crate::geom::Bounds;
 use crate::gpu::{Gpu, Target, target};
+use crate::repr::REFERENCE_FOCAL_PX;
 
 /// Sides of the map grow in steps of this factor, so that texels keep their size while a scene changes a little.
 const STEP: f32 = 1.090_507_7; // ⁸√2
+
+/// How far a wide map moves at once, as a share of the range.
+const LEAP: f32 = 0.2;
 
 /// Where the sun looks from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,17 +37,26 @@ impl SunView {
         let seen = Bounds::of(corners).expect("a box has corners");
         let size = seen.size();
         let wide = size.x.max(size.y) > 2.0 * range_m;
+        // A wide map moves on in leaps, so that it stays as it is while the viewer moves a little.
+        let leap = if wide { LEAP * range_m } else { 0.0 };
         // Two texels stay free round the edge, so that what lies outside finds no shadow there.
-        let least = if wide { 2.0 * range_m } else { size.x.max(size.y).max(0.1) } * size_px as f32 / (size_px as f32 - 6.0);
+        let needed = if wide { 2.0 * range_m + leap } else { size.x.max(size.y).max(0.1) };
+        let least = needed * size_px as f32 / (size_px as f32 - 6.0);
         let side = STEP.powf((least.ln() / STEP.ln()).ceil());
         let texel_m = side / size_px as f32;
         let focus = if wide { sun_from_world * (camera.eye - 0.8 * range_m * camera.axes[2]) } else { seen.center() };
-        let center = (focus.truncate() / texel_m).round() * texel_m;
+        let raster_m = texel_m * (leap / texel_m).max(1.0).floor();
+        let center = (focus.truncate() / raster_m).round() * raster_m;
         let depth_m = 1.01 * size.z.max(0.1);
         let scale = Vec2::splat(2.0 / side).extend(1.0 / depth_m);
         let offset = Vec3::new(center.x, center.y, seen.max.z + 0.005 * size.z - depth_m);
         let clip_from_sun = Mat4::from_cols(Vec4::X * scale.x, Vec4::Y * scale.y, Vec4::Z * scale.z, (-offset * scale).extend(1.0));
         Self { clip_from_world: clip_from_sun * Mat4::from_mat3(sun_from_world), texel_m, depth_m }
+    }
+
+    /// How far away, in metres of the picture for which distances are told, trees look as large as they are on the map.
+    pub fn level_m(&self) -> f32 {
+        REFERENCE_FOCAL_PX * self.texel_m
     }
 
     /// Whether anything of a sphere may be on the map.

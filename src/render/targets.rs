@@ -1,6 +1,7 @@
 //! The pictures that a frame is made in.
 
 use crate::gpu::{Gpu, Target, target};
+use crate::{Error, Result};
 
 /// Colour, linear values stored as sRGB.
 pub const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -38,6 +39,17 @@ impl Targets {
             tree_id: target(gpu, "trees.id", size_px, ID),
         }
     }
+}
+
+/// Pixels of a picture for which a buffer has room, of so many bytes each.
+///
+/// # Errors
+/// [`Error::OutlineSize`] when it has not.
+pub fn listed_pixels(gpu: &Gpu, size_px: [u32; 2], bytes_per_px: u64) -> Result<u64> {
+    let pixels = u64::from(size_px[0]) * u64::from(size_px[1]);
+    let limits = gpu.device.limits();
+    let limit_px = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / bytes_per_px;
+    if pixels > limit_px { Err(Error::OutlineSize { found: size_px, limit_px }) } else { Ok(pixels) }
 }
 
 /// A depth attachment, cleared to "nothing there" or kept.

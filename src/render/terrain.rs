@@ -2,11 +2,11 @@
 
 use super::pipelines::pipeline_of;
 use super::placing::{Groups, Placing};
-use super::targets::{COLOR, Targets, color_attachment, depth_attachment};
-use crate::geom::HeightField;
+use super::targets::COLOR;
+use crate::geom::{GroundMesh, HeightField, skirt};
 use crate::gpu::{Gpu, Shader, layout, upload_buffer};
 
-/// Ground on the device.
+/// Ground on the device, and how it goes on beyond its edge.
 #[derive(Debug)]
 pub struct Terrain {
     vertices: wgpu::Buffer,
@@ -18,17 +18,20 @@ pub struct Terrain {
 impl Terrain {
     /// Puts it there.
     pub(super) fn upload(gpu: &Gpu, ground: &HeightField) -> Self {
-        let mesh = ground.mesh();
+        let (mesh, skirt) = (ground.mesh(), skirt(ground));
         let vertex = |(position, normal): (&glam::Vec3, &glam::Vec3)| layout::Vertex {
             position: position.to_array(),
             normal: normal.to_array(),
             uv: [0.0; 2],
         };
-        let vertices: Vec<_> = mesh.positions.iter().zip(&mesh.normals).map(vertex).collect();
+        let of = |mesh: &GroundMesh| mesh.positions.iter().zip(&mesh.normals).map(vertex).collect::<Vec<_>>();
+        let vertices = [of(&mesh), of(&skirt)].concat();
+        let first = mesh.positions.len() as u32;
+        let indices: Vec<u32> = mesh.indices.into_iter().chain(skirt.indices.iter().map(|index| first + index)).collect();
         Self {
             vertices: upload_buffer(gpu, "terrain.vertices", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
-            indices: upload_buffer(gpu, "terrain.indices", bytemuck::cast_slice(&mesh.indices), wgpu::BufferUsages::INDEX),
-            count: mesh.indices.len() as u32,
+            indices: upload_buffer(gpu, "terrain.indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
+            count: indices.len() as u32,
             lowest_m: ground.bounds().min.y,
         }
     }
@@ -38,7 +41,7 @@ impl Terrain {
         self.lowest_m
     }
 
-    /// Its triangles.
+    /// Its triangles, and those that go on beyond its edge.
     pub fn triangles(&self) -> u32 {
         self.count / 3
     }
@@ -64,24 +67,9 @@ impl TerrainDrawer {
         Self { pipeline: pipeline_of(gpu, "terrain.pipeline", &layout, &shader, buffers, Some(&[Some(COLOR.into())]), cull, fill) }
     }
 
-    /// Draws it before the backdrop.
-    pub fn draw(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        frame: &wgpu::BindGroup,
-        sun: &wgpu::BindGroup,
-        targets: &Targets,
-        terrain: &Terrain,
-    ) {
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("terrain"),
-            color_attachments: &[color_attachment(&targets.frame_color, None)],
-            depth_stencil_attachment: Some(depth_attachment(&targets.frame_depth, false)),
-            ..Default::default()
-        });
+    /// Draws it, before whatever stands behind.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass, terrain: &Terrain) {
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, frame, &[]);
-        pass.set_bind_group(2, sun, &[]);
         pass.set_vertex_buffer(0, terrain.vertices.slice(..));
         pass.set_index_buffer(terrain.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..terrain.count, 0, 0..1);

@@ -67,6 +67,8 @@ impl World<'_> {
 pub(super) struct Placed<'a> {
     /// Trees one by one.
     pub stands: &'a [Stand<'a>],
+    /// How many of those, the first, cast shadows: the others are a crowd's, which casts them all.
+    pub casters: usize,
     /// Many of them.
     pub crowd: Option<&'a Crowd>,
     /// What they stand on.

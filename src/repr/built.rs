@@ -144,6 +144,18 @@ pub enum Facing {
         /// The other side counts as this one.
         both_sides: bool,
     },
+    /// From one sector of the sphere round the anchor: by azimuth as `Toward` with `level` has it, and at the same time by the sine of the
+    /// viewer's elevation. Sectors that share borders make a set of views of which the nearest is seen.
+    Sector {
+        /// Unit vector, object space, horizontal: the middle of the sector.
+        axis: Vec3,
+        /// By azimuth: nothing at or below the first cosine, all at or above the second.
+        cosines: [f32; 2],
+        /// Nothing below the first sine, all from the second on.
+        rises: [f32; 2],
+        /// All up to the first sine, nothing from the second on.
+        sinks: [f32; 2],
+    },
     /// Each of its polygons from both its sides: the cosine as above, with the polygon's own normal (that of its first vertex) for an axis.
     /// So many cards that cross fade edge-on in one part.
     Own {
@@ -218,11 +230,21 @@ impl Seen {
     /// How much of it is seen from the direction `toward_viewer` (unit length), 0 to 1, whatever the distance; 1 where each polygon has a side
     /// of its own.
     pub fn share_toward(&self, toward_viewer: Vec3) -> f32 {
-        let Facing::Toward { axis, cosines: [none, all], level, both_sides } = self.facing else { return 1.0 };
-        let flat = Vec3::new(toward_viewer.x, 0.0, toward_viewer.z);
-        let toward = if level { flat.normalize_or(Vec3::Z) } else { toward_viewer };
-        let cosine = if both_sides { axis.dot(toward).abs() } else { axis.dot(toward) };
-        if all != none { ((cosine - none) / (all - none)).clamp(0.0, 1.0) } else { f32::from(u8::from(cosine >= all)) }
+        let flat = Vec3::new(toward_viewer.x, 0.0, toward_viewer.z).normalize_or(Vec3::Z);
+        let share = |cosine: f32, [none, all]: [f32; 2]| {
+            if all != none { ((cosine - none) / (all - none)).clamp(0.0, 1.0) } else { f32::from(u8::from(cosine >= all)) }
+        };
+        match self.facing {
+            Facing::Any | Facing::Own { .. } => 1.0,
+            Facing::Toward { axis, cosines, level, both_sides } => {
+                let cosine = axis.dot(if level { flat } else { toward_viewer });
+                share(if both_sides { cosine.abs() } else { cosine }, cosines)
+            }
+            Facing::Sector { axis, cosines, rises, sinks } => {
+                let sine = toward_viewer.y;
+                share(axis.dot(flat), cosines) * share(sine, rises) * (1.0 - share(sine, sinks))
+            }
+        }
     }
 }
 
@@ -232,6 +254,9 @@ impl Facing {
         match self {
             Self::Any => true,
             Self::Own { cosines: [none, all] } => none.is_finite() && all.is_finite() && none <= all,
+            Self::Sector { axis, cosines, rises, sinks } => {
+                axis.is_normalized() && [cosines, rises, sinks].iter().flat_map(|ends| ends.iter()).all(|end| end.is_finite())
+            }
             Self::Toward { axis, cosines: [none, all], .. } => axis.is_normalized() && none.is_finite() && all.is_finite(),
         }
     }

@@ -55,7 +55,8 @@ impl Card {
         }
     }
 
-    fn view(&self) -> View {
+    /// From where its picture is taken.
+    pub fn view(&self) -> View {
         // Grown a little where the box is flat, so that the view has an extent.
         let least = 1e-4 * self.window.size().max_element().max(1e-2);
         let grow = 0.5 * (Vec3::splat(least) - self.window.size()).max(Vec3::ZERO);
@@ -107,7 +108,7 @@ pub fn captured(capture: &dyn Capture, parts: &[&Part], cards: &[Card]) -> Resul
         let views: Vec<View> = cards.iter().map(Card::view).collect();
         let taken = capture.take(parts, &views)?;
         let leaves = leaves(capture, parts, &views, &taken)?;
-        made.par_extend(cards.par_iter().zip(&taken).zip(&leaves).map(|((card, taken), leaf)| part(card, taken, leaf)));
+        made.par_extend(cards.par_iter().zip(&taken).zip(&leaves).map(|((card, taken), leaf)| of_capture(card, taken, leaf)));
     }
     Ok(made)
 }
@@ -142,7 +143,8 @@ pub const LEAF: u8 = 255;
 /// And where it shows wood.
 pub const WOOD: u8 = 0;
 
-fn part(card: &Card, taken: &raster::Capture, leaves: &[u8]) -> Option<Part> {
+/// The card that shows what was taken, and which of its pixels are [`leaves`]; `None` where nothing is seen.
+pub fn of_capture(card: &Card, taken: &raster::Capture, leaves: &[u8]) -> Option<Part> {
     let (texture, mut normals) = rayon::join(|| cut_out(taken), || tangent_normals(taken, card.axes));
     let texture = Some(Arc::new(texture?));
     let mut kinds = Layer::from_fn(card.size_px[0] as usize, card.size_px[1] as usize, |x, y| {

@@ -99,7 +99,7 @@ pub fn beyond_gltf(part: &BuiltPart) -> Option<&'static str> {
         (Drawn::Octahedral(_), _) => Some("shows the picture that was taken nearest to the viewer's side"),
         (Drawn::Turned { .. }, _) => Some("turns to the viewer"),
         (Drawn::Forest(_), _) => Some("loses its leaves one by one with distance; the file has them as plain levels"),
-        (Drawn::Still, Facing::Toward { .. }) => Some("is seen from some sides only"),
+        (Drawn::Still, Facing::Toward { .. } | Facing::Sector { .. }) => Some("is seen from some sides only"),
         // Fading edge-on is left out where glTF has no word for it.
         (Drawn::Still, Facing::Any | Facing::Own { .. }) => None,
     }
@@ -186,6 +186,10 @@ fn read_own(bytes: &[u8]) -> Result<(BuiltTree, Origin)> {
 /// What a plain viewer shows of a part.
 pub(crate) fn plainly(part: &BuiltPart) -> Plainly {
     match &part.drawn {
+        // All views of a surface lie on it; the front one is shown.
+        Drawn::Still if matches!(part.seen.facing, Facing::Sector { .. }) && part.seen.share_toward(Vec3::Z) < 0.5 => {
+            Plainly::Nothing
+        }
         Drawn::Still | Drawn::Forest(_) => Plainly::Itself,
         // All views of a turned card stand in one place; the front one is shown.
         Drawn::Turned { .. } if part.seen.share_toward(Vec3::Z) < 0.5 => Plainly::Nothing,

@@ -31,21 +31,18 @@ pub struct Look {
     camera: Camera,
     size_px: [u32; 2],
     sway: Sway,
-    /// The sun's map and its side in texels, where there is one.
-    sun: Option<(SunView, u32)>,
     grows: bool,
     params: CullParams,
 }
 
 impl Look {
     /// Of a picture; `frozen`: the camera that culls instead of the picture's own.
-    pub fn new(shot: &Shot, frozen: Option<Camera>, sun: Option<(SunView, u32)>, params: &CullParams) -> Self {
+    pub fn new(shot: &Shot, frozen: Option<Camera>, params: &CullParams) -> Self {
         Self {
             viewer: Viewer::of(shot),
             camera: frozen.unwrap_or(shot.camera),
             size_px: shot.size_px,
             sway: Sway::of(&shot.wind),
-            sun,
             grows: shot.grows(),
             params: params.clone(),
         }
@@ -76,13 +73,38 @@ impl Look {
     }
 }
 
-/// What is seen of many trees.
+/// What the sun looks at: its map, on which trees are as large as their texels let them be, wherever the viewer stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SunLook {
+    /// The map.
+    pub view: SunView,
+    /// Its side, texels.
+    pub size_px: u32,
+    viewer: Viewer,
+    sway: Sway,
+}
+
+impl SunLook {
+    /// Of a picture.
+    pub fn new(shot: &Shot, (view, size_px): (SunView, u32)) -> Self {
+        Self { view, size_px, viewer: Viewer::of(shot).at_sun(&view), sway: Sway::of(&shot.wind) }
+    }
+}
+
+/// Lists of trees: one for each group of each species.
 #[derive(Debug, Default, PartialEq)]
-pub struct Culled {
+pub struct Lists {
     /// Numbers of trees: one list after the other.
     pub entries: Vec<u32>,
-    /// The list of each group of each species, [`list_number`], for the picture and then the same for the sun.
+    /// Where each list lies.
     pub lists: Vec<Range<u32>>,
+}
+
+/// What a picture shows of many trees.
+#[derive(Debug, Default, PartialEq)]
+pub struct Culled {
+    /// Those that are drawn together.
+    pub lists: Lists,
     /// Trees that are near enough to be drawn one by one: their outlines grow, or their foliage has levels of its own.
     pub near: Vec<(u16, u32)>,
     /// Where in the picture trees may be: left, top, right, bottom in pixels.
@@ -100,156 +122,175 @@ struct Share {
     trees: usize,
 }
 
-/// Asks all cells.
-pub fn cull(cells: &Cells, placed: &[Placed], shapes: &[Shape], look: &Look) -> Culled {
-    let groups = shapes.iter().map(|shape| shape.groups.len()).sum::<usize>();
-    let first: Vec<usize> = shapes
-        .iter()
-        .scan(0, |sum, shape| {
-            *sum += shape.groups.len();
-            Some(*sum - shape.groups.len())
-        })
-        .collect();
-    let frustum = Frustum::new(&look.clip_from_world());
-    let asking = Asking { cells, placed, shapes, look, frustum, first: &first, groups };
-    let shares: Vec<Share> = cells.cells.par_chunks(CELLS_AT_ONCE).filter_map(|chunk| asking.share(chunk)).collect();
-    let mut culled = Culled::default();
-    for list in 0..2 * groups {
-        let begin = culled.entries.len() as u32;
-        shares.iter().for_each(|share| culled.entries.extend(&share.lists[list]));
-        culled.lists.push(begin..culled.entries.len() as u32);
+impl Lists {
+    fn of(shares: &[Share], groups: usize) -> Self {
+        let mut all = Self::default();
+        for list in 0..groups {
+            let begin = all.entries.len() as u32;
+            shares.iter().for_each(|share| all.entries.extend(&share.lists[list]));
+            all.lists.push(begin..all.entries.len() as u32);
+        }
+        all
     }
-    for share in shares {
-        culled.near.extend(share.near);
-        culled.rects.extend(share.rects);
-        culled.trees += share.trees;
-    }
-    culled.near.sort_unstable();
-    culled
 }
 
-struct Asking<'a> {
-    cells: &'a Cells,
-    placed: &'a [Placed],
-    shapes: &'a [Shape],
-    look: &'a Look,
-    frustum: Frustum,
-    /// Number of each species' first list.
-    first: &'a [usize],
-    /// Lists of the picture; the sun has as many.
-    groups: usize,
-}
-
-/// How a cell is asked for.
+/// Many trees, as they are asked for.
 #[derive(Clone, Copy)]
-struct Where {
-    in_picture: Side,
-    in_sun: bool,
+pub struct Many<'a> {
+    /// Where they stand.
+    pub cells: &'a Cells,
+    /// Each of them.
+    pub placed: &'a [Placed],
+    /// What they are of.
+    pub shapes: &'a [Shape],
 }
 
-impl Asking<'_> {
-    /// What some cells add; `None` for nothing.
-    fn share(&self, cells: &[Cell]) -> Option<Share> {
-        let mut share = Share { lists: vec![vec![]; 2 * self.groups], ..Share::default() };
-        let mut any = false;
-        for cell in cells {
-            let reach = Vec3::splat(self.look.sway.reach_m(cell.tallest_m));
-            let bounds = Bounds { min: cell.bounds.min - reach, max: cell.bounds.max + reach };
-            let in_picture = self.frustum.of_box(&bounds);
-            let sees = |(sun, side_px): (SunView, u32)| sun.sees(bounds.center(), 0.5 * bounds.size().length(), side_px);
-            let at = Where { in_picture, in_sun: self.look.sun.is_some_and(sees) };
-            if at.in_picture == Side::Outside && !at.in_sun {
-                continue;
-            }
-            any = true;
-            if at.in_picture != Side::Outside {
-                share.rects.extend(screen_rect(&self.look.clip_from_world(), bounds, self.look.size_px));
-            }
-            for run in &self.cells.runs[cell.runs.start as usize..cell.runs.end as usize] {
-                self.ask(run, &bounds, at, &mut share);
-            }
+impl Many<'_> {
+    /// What a picture shows of them.
+    pub fn seen(self, look: &Look) -> Culled {
+        let asking = InPicture { many: self, look, frustum: Frustum::new(&look.clip_from_world()) };
+        let shares = self.shares(&|cell, share| asking.cell(cell, share));
+        let mut culled = Culled { lists: Lists::of(&shares, self.groups()), ..Culled::default() };
+        for share in shares {
+            culled.near.extend(share.near);
+            culled.rects.extend(share.rects);
+            culled.trees += share.trees;
         }
-        any.then_some(share)
+        culled.near.sort_unstable();
+        culled
     }
 
-    /// Lists the trees of a run.
-    fn ask(&self, run: &Run, bounds: &Bounds, at: Where, share: &mut Share) {
-        let shape = &self.shapes[usize::from(run.species)];
-        let first = self.first[usize::from(run.species)];
-        let nearest_px = self.look.px_per_m(bounds.min.max(self.look.camera.eye.min(bounds.max))) * run.scales[1] * shape.height_m;
-        if nearest_px < self.look.params.least_px as f32 {
-            return;
-        }
-        let one_by_one = shape.is_near(nearest_px, self.look);
-        if at.in_picture == Side::Across || one_by_one {
-            let trees = run.trees.clone().filter_map(|tree| self.seen(run.species, tree, at, share));
-            let trees: Vec<u32> = trees.collect();
-            self.list(&trees, run, bounds, (first, PassKind::Temporary), share);
-        } else if at.in_picture == Side::Inside {
-            share.trees += run.trees.len();
-            let trees: Vec<u32> = run.trees.clone().collect();
-            self.list(&trees, run, bounds, (first, PassKind::Temporary), share);
-        }
-        if at.in_sun {
-            // What grows in the picture casts its shadow with it.
-            let drawn_alone = |tree: &u32| share.near.binary_search_by_key(tree, |(_, near)| *near).is_ok();
-            let trees: Vec<u32> = run.trees.clone().filter(|tree| !one_by_one || !drawn_alone(tree)).collect();
-            self.list(&trees, run, bounds, (self.groups + first, PassKind::Shadow), share);
-        }
+    /// What casts shadows on the sun's map.
+    pub fn cast(self, look: &SunLook) -> Lists {
+        let shares = self.shares(&|cell, share| {
+            let bounds = swayed(cell, look.sway);
+            if !look.view.sees(bounds.center(), 0.5 * bounds.size().length(), look.size_px) {
+                return false;
+            }
+            for run in self.runs(cell) {
+                let trees: Vec<u32> = run.trees.clone().collect();
+                self.list(&trees, (run, &bounds), (&look.viewer, PassKind::Shadow), share);
+            }
+            true
+        });
+        Lists::of(&shares, self.groups())
     }
 
-    /// A tree that is in the picture and not drawn alone.
-    fn seen(&self, species: u16, tree: u32, at: Where, share: &mut Share) -> Option<u32> {
-        let shape = &self.shapes[usize::from(species)];
-        let placed = &self.placed[tree as usize];
-        let center = Vec3::from(placed.position) + placed.scale() * Vec3::Y * (shape.reach.center().y);
-        let radius = placed.scale() * shape.radius_m + self.look.sway.reach_m(placed.scale() * shape.height_m);
-        if at.in_picture == Side::Outside || self.frustum.of_ball(center, radius) == Side::Outside {
-            return None;
-        }
-        share.trees += 1;
-        let height_px = self.look.px_per_m(center) * placed.scale() * shape.height_m;
-        if height_px < self.look.params.least_px as f32 {
-            return None;
-        }
-        if shape.is_near(height_px, self.look) {
-            share.near.push((species, tree));
-            return None;
-        }
-        Some(tree)
+    fn groups(self) -> usize {
+        self.shapes.iter().map(|shape| shape.groups.len()).sum()
     }
 
-    /// Lists trees in each group in which they are seen, from list `first` on.
-    fn list(&self, trees: &[u32], run: &Run, bounds: &Bounds, (first, kind): (usize, PassKind), share: &mut Share) {
-        let shape = &self.shapes[usize::from(run.species)];
+    fn runs(&self, cell: &Cell) -> &[Run] {
+        &self.cells.runs[cell.runs.start as usize..cell.runs.end as usize]
+    }
+
+    /// What `ask` adds for each cell; it says whether anything of a cell may be seen.
+    fn shares(self, ask: &(dyn Fn(&Cell, &mut Share) -> bool + Sync)) -> Vec<Share> {
+        let groups = self.groups();
+        let chunks = self.cells.cells.par_chunks(CELLS_AT_ONCE);
+        let share = |cells: &[Cell]| {
+            let mut share = Share { lists: vec![vec![]; groups], ..Share::default() };
+            let asked = cells.iter().map(|cell| ask(cell, &mut share));
+            asked.fold(false, |any, seen| any || seen).then_some(share)
+        };
+        chunks.filter_map(share).collect()
+    }
+
+    /// Lists trees of a run in each group in which they are seen.
+    fn list(self, trees: &[u32], (run, bounds): (&Run, &Bounds), (viewer, kind): (&Viewer, PassKind), share: &mut Share) {
+        let species = usize::from(run.species);
+        let shape = &self.shapes[species];
+        let first: usize = self.shapes[..species].iter().map(|shape| shape.groups.len()).sum();
         for (group, seen) in shape.groups.iter().enumerate() {
             let list = &mut share.lists[first + group];
-            match self.of_all(seen, shape.height_m, run, bounds) {
+            match of_all(seen, shape.height_m, viewer, (run, bounds)) {
                 Some(true) => list.extend(trees),
                 Some(false) => {}
                 None => list.extend(trees.iter().filter(|tree| {
                     let instance = self.placed[**tree as usize].instance(**tree);
-                    self.look.viewer.share(shape.height_m, seen, &instance, kind) > 0.0
+                    viewer.share(shape.height_m, seen, &instance, kind) > 0.0
                 })),
             }
         }
     }
+}
 
-    /// Whether a group is seen of every tree of a run, or of none; `None` for some.
-    fn of_all(&self, seen: &Seen, height_m: f32, run: &Run, bounds: &Bounds) -> Option<bool> {
-        let (eye, [plain, by_distance]) = self.look.viewer.eye_and_heights();
-        let [nearest, farthest] = if by_distance < 0.0 {
-            [plain; 2]
-        } else {
-            let nearest_m = eye.distance(eye.clamp(bounds.min, bounds.max));
-            let farthest_m = (eye - bounds.min).abs().max((eye - bounds.max).abs()).length();
-            let heights = |way_m: f32, scale: f32| (plain + by_distance * way_m) / (scale * height_m);
-            [heights(nearest_m, run.scales[1]), heights(farthest_m, run.scales[0])]
-        };
-        if farthest <= seen.appears[0] && seen.appears[1] > 0.0 || nearest >= seen.vanishes[1] {
-            return Some(false);
+/// A cell's box, wherever the wind may push its trees.
+fn swayed(cell: &Cell, sway: Sway) -> Bounds {
+    let reach = Vec3::splat(sway.reach_m(cell.tallest_m));
+    Bounds { min: cell.bounds.min - reach, max: cell.bounds.max + reach }
+}
+
+/// Asks what a picture shows.
+struct InPicture<'a> {
+    many: Many<'a>,
+    look: &'a Look,
+    frustum: Frustum,
+}
+
+impl InPicture<'_> {
+    fn cell(&self, cell: &Cell, share: &mut Share) -> bool {
+        let bounds = swayed(cell, self.look.sway);
+        let side = self.frustum.of_box(&bounds);
+        if side == Side::Outside {
+            return false;
         }
-        let all = nearest >= seen.appears[1] && farthest <= seen.vanishes[0];
-        (all && matches!(seen.facing, Facing::Any | Facing::Own { .. })).then_some(true)
+        share.rects.extend(screen_rect(&self.look.clip_from_world(), bounds, self.look.size_px));
+        for run in self.many.runs(cell) {
+            let shape = &self.many.shapes[usize::from(run.species)];
+            let nearest = self.look.camera.eye.clamp(bounds.min, bounds.max);
+            let tallest_px = self.look.px_per_m(nearest) * run.scales[1] * shape.height_m;
+            if tallest_px < self.look.params.least_px as f32 {
+                continue;
+            }
+            let trees: Vec<u32> = if side == Side::Across || shape.is_near(tallest_px, self.look) {
+                run.trees.clone().filter(|tree| self.shows(run.species, *tree, share)).collect()
+            } else {
+                share.trees += run.trees.len();
+                run.trees.clone().collect()
+            };
+            self.many.list(&trees, (run, &bounds), (&self.look.viewer, PassKind::Temporary), share);
+        }
+        true
     }
+
+    /// Whether a tree is in the picture and not drawn by itself.
+    fn shows(&self, species: u16, tree: u32, share: &mut Share) -> bool {
+        let shape = &self.many.shapes[usize::from(species)];
+        let placed = &self.many.placed[tree as usize];
+        let scale = placed.scale();
+        let center = Vec3::from(placed.position) + scale * shape.reach.center().y * Vec3::Y;
+        let radius = scale * shape.radius_m + self.look.sway.reach_m(scale * shape.height_m);
+        if self.frustum.of_ball(center, radius) == Side::Outside {
+            return false;
+        }
+        let height_px = self.look.px_per_m(center) * scale * shape.height_m;
+        if height_px < self.look.params.least_px as f32 {
+            return false;
+        }
+        share.trees += 1;
+        let near = shape.is_near(height_px, self.look);
+        if near {
+            share.near.push((species, tree));
+        }
+        !near
+    }
+}
+
+/// Whether a group is seen of every tree of a run, or of none; `None` for some.
+fn of_all(seen: &Seen, height_m: f32, viewer: &Viewer, (run, bounds): (&Run, &Bounds)) -> Option<bool> {
+    let (eye, [plain, by_distance]) = viewer.eye_and_heights();
+    let [nearest, farthest] = if by_distance < 0.0 {
+        [plain; 2]
+    } else {
+        let nearest_m = eye.distance(eye.clamp(bounds.min, bounds.max));
+        let farthest_m = (eye - bounds.min).abs().max((eye - bounds.max).abs()).length();
+        let heights = |way_m: f32, scale: f32| (plain + by_distance * way_m) / (scale * height_m);
+        [heights(nearest_m, run.scales[1]), heights(farthest_m, run.scales[0])]
+    };
+    if farthest <= seen.appears[0] && seen.appears[1] > 0.0 || nearest >= seen.vanishes[1] {
+        return Some(false);
+    }
+    let all = nearest >= seen.appears[1] && farthest <= seen.vanishes[0];
+    (all && matches!(seen.facing, Facing::Any | Facing::Own { .. })).then_some(true)
 }

@@ -7,6 +7,7 @@ mod cull;
 mod frustum;
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
 
@@ -21,7 +22,8 @@ use crate::repr::Seen;
 use crate::{Error, Result};
 
 use cells::Cells;
-use cull::{Culled, Look, cull};
+pub(super) use cull::SunLook;
+use cull::{Culled, Lists, Look, Many};
 
 crate::params! {
     /// Which of many trees are drawn, and how.
@@ -105,9 +107,13 @@ pub struct Crowd {
     bounds: Option<Bounds>,
     /// The placed trees on the device, as the drawers bind them.
     group: wgpu::BindGroup,
-    device: Device,
-    /// For what the lists on the device were made.
+    /// The lists for the picture, and for the sun's map.
+    device: [Device; 2],
+    /// For what they were made.
     kept: Option<(Look, Culled)>,
+    kept_sun: Option<(SunLook, Lists)>,
+    /// Unlike that of any other.
+    number: u64,
 }
 
 /// What is sent anew when what is seen changes.
@@ -115,6 +121,32 @@ pub struct Crowd {
 struct Device {
     lists: KeptBuffer,
     calls: KeptBuffer,
+}
+
+impl Device {
+    fn new(gpu: &Gpu) -> Self {
+        Self {
+            lists: KeptBuffer::new(gpu, "crowd.lists", wgpu::BufferUsages::VERTEX),
+            calls: KeptBuffer::new(gpu, "crowd.calls", wgpu::BufferUsages::INDIRECT),
+        }
+    }
+
+    /// Sends the lists and the arguments of every draw: part by part of each species. Gives how many bytes that were.
+    fn fill(&mut self, gpu: &Gpu, species: &[Tree], lists: &Lists) -> Result<u64> {
+        let mut calls: Vec<[u32; 5]> = vec![];
+        let mut first = 0;
+        for tree in species {
+            calls.extend(parts(tree).map(|part| [part.count, lists.lists[first + part.group].len() as u32, 0, 0, 0]));
+            first += tree.groups().len();
+        }
+        self.lists.fill(gpu, bytemuck::cast_slice(&lists.entries))?;
+        self.calls.fill(gpu, bytemuck::cast_slice(&calls))?;
+        Ok((size_of_val(&lists.entries[..]) + size_of_val(&calls[..])) as u64)
+    }
+
+    fn bytes(&self) -> u64 {
+        self.lists.get().size() + self.calls.get().size()
+    }
 }
 
 /// How the drawers bind the placed trees: their group 3.
@@ -164,11 +196,10 @@ impl Crowd {
             layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
         });
-        let device = Device {
-            lists: KeptBuffer::new(gpu, "crowd.lists", wgpu::BufferUsages::VERTEX),
-            calls: KeptBuffer::new(gpu, "crowd.calls", wgpu::BufferUsages::INDIRECT),
-        };
-        Ok(Self { species, shapes, cells, placed, bounds, group, device, kept: None })
+        static PLANTED: AtomicU64 = AtomicU64::new(0);
+        let number = PLANTED.fetch_add(1, Ordering::Relaxed);
+        let device = [Device::new(gpu), Device::new(gpu)];
+        Ok(Self { species, shapes, cells, placed, bounds, group, device, kept: None, kept_sun: None, number })
     }
 
     /// Its species.
@@ -199,10 +230,10 @@ impl Crowd {
     /// Bytes on the device beyond what the species hold: places, lists, calls.
     pub fn device_bytes(&self) -> u64 {
         let placed = size_of_val(&self.placed[..]) as u64;
-        placed + self.device.lists.get().size() + self.device.calls.get().size()
+        placed + self.device.iter().map(Device::bytes).sum::<u64>()
     }
 
-    /// Finds what a picture shows and sends the lists that have changed; gives how many bytes that were.
+    /// Finds what a picture shows and what casts shadows on it, and sends the lists that have changed; gives how many bytes that were.
     ///
     /// # Errors
     /// [`Error::Device`] when memory runs out.
@@ -214,32 +245,38 @@ impl Crowd {
         sun: Option<(SunView, u32)>,
         params: &CullParams,
     ) -> Result<u64> {
-        let look = Look::new(shot, frozen, sun, params);
-        let known = self.kept.take().filter(|(kept, _)| *kept == look);
-        if known.is_some() {
-            self.kept = known;
-            return Ok(0);
+        let many = Many { cells: &self.cells, placed: &self.placed, shapes: &self.shapes };
+        let (look, sun) = (Look::new(shot, frozen, params), sun.map(|sun| SunLook::new(shot, sun)));
+        let [seen, cast] = &mut self.device;
+        let mut sent = 0;
+        if self.kept.as_ref().is_none_or(|(kept, _)| *kept != look) {
+            self.kept = None; // forgotten if the device refuses
+            let culled = many.seen(&look);
+            sent += seen.fill(gpu, &self.species, &culled.lists)?;
+            self.kept = Some((look, culled));
         }
-        let culled = cull(&self.cells, &self.placed, &self.shapes, &look);
-        let calls: Vec<[u32; 5]> = self.calls(&culled.lists);
-        self.device.lists.fill(gpu, bytemuck::cast_slice(&culled.entries))?;
-        self.device.calls.fill(gpu, bytemuck::cast_slice(&calls))?;
-        let sent = size_of_val(&culled.entries[..]) + size_of_val(&calls[..]);
-        self.kept = Some((look, culled));
-        Ok(sent as u64)
-    }
-
-    /// The arguments of every draw: part by part of each species, for the picture and then for the sun.
-    fn calls(&self, lists: &[Range<u32>]) -> Vec<[u32; 5]> {
-        let mut calls = vec![];
-        for pass in 0..2 {
-            let mut first = pass * lists.len() / 2;
-            for tree in &self.species {
-                calls.extend(parts(tree).map(|part| [part.count, lists[first + part.group].len() as u32, 0, 0, 0]));
-                first += tree.groups().len();
+        if self.kept_sun.as_ref().map(|(kept, _)| *kept) != sun {
+            self.kept_sun = None;
+            if let Some(look) = sun {
+                let lists = many.cast(&look);
+                sent += cast.fill(gpu, &self.species, &lists)?;
+                self.kept_sun = Some((look, lists));
             }
         }
-        calls
+        Ok(sent)
+    }
+
+    /// What the sun's map shows of it, and of which crowd: while that stays, the map does.
+    pub(super) fn cast(&self) -> Option<(u64, SunLook)> {
+        self.kept_sun.as_ref().map(|(look, _)| (self.number, *look))
+    }
+
+    /// The lists of a pass; none before the first picture.
+    fn lists(&self, kind: PassKind) -> &[Range<u32>] {
+        match kind {
+            PassKind::Temporary => self.kept.as_ref().map_or(&[], |(_, culled)| &culled.lists.lists),
+            PassKind::Shadow => self.kept_sun.as_ref().map_or(&[], |(_, lists)| &lists.lists),
+        }
     }
 
     /// What the last picture showed.
@@ -270,15 +307,14 @@ impl Crowd {
     /// How many trees the last picture showed in each group of a species, those that are drawn alone left out.
     pub fn shown(&self, species: usize) -> Vec<usize> {
         let first: usize = self.shapes[..species].iter().map(|shape| shape.groups.len()).sum();
-        let lists = &self.seen().lists;
+        let lists = self.lists(PassKind::Temporary);
         (0..self.shapes[species].groups.len()).map(|group| lists[first + group].len()).collect()
     }
 
     /// Those of its parts, meshes or impostors, that the last picture shows in a pass.
     pub(super) fn drawn(&self, kind: PassKind, impostors: bool) -> impl Iterator<Item = &DevicePart> {
-        let lists = self.kept.as_ref().map_or(&[][..], |(_, culled)| &culled.lists);
-        let first = if kind == PassKind::Shadow { lists.len() / 2 } else { 0 };
-        let firsts = self.species.iter().scan(first, |sum, tree| Some(std::mem::replace(sum, *sum + tree.groups().len())));
+        let lists = self.lists(kind);
+        let firsts = self.species.iter().scan(0, |sum, tree| Some(std::mem::replace(sum, *sum + tree.groups().len())));
         self.species.iter().zip(firsts).flat_map(move |(tree, first)| {
             let of = if impostors { tree.impostors() } else { tree.meshes() };
             of.iter().filter(move |part| lists.get(first + part.group).is_some_and(|list| !list.is_empty()))
@@ -293,10 +329,12 @@ impl Crowd {
         impostors: bool,
         ready: impl Fn(&mut wgpu::RenderPass, &DevicePart),
     ) {
-        let Some((look, Culled { lists, .. })) = &self.kept else { return };
-        let of_sun = usize::from(kind == PassKind::Shadow);
-        let mut first = of_sun * lists.len() / 2;
-        let mut call = of_sun * self.species.iter().map(|tree| parts(tree).count()).sum::<usize>();
+        let (Some((look, _)), lists) = (&self.kept, self.lists(kind)) else { return };
+        if lists.is_empty() {
+            return;
+        }
+        let device = &self.device[usize::from(kind == PassKind::Shadow)];
+        let (mut first, mut call) = (0, 0);
         pass.set_bind_group(3, &self.group, &[]);
         for tree in &self.species {
             for (number, part) in parts(tree).enumerate() {
@@ -307,12 +345,12 @@ impl Crowd {
                 ready(pass, part);
                 part.bind(pass);
                 let bytes = |number: u32| u64::from(number) * size_of::<u32>() as u64;
-                pass.set_vertex_buffer(1, self.device.lists.get().slice(bytes(list.start)..bytes(list.end)));
+                pass.set_vertex_buffer(1, device.lists.get().slice(bytes(list.start)..bytes(list.end)));
                 match look.batch() {
                     Batch::Naive => (0..list.len() as u32).for_each(|one| pass.draw_indexed(0..part.count, 0, one..one + 1)),
                     Batch::Indirect => {
                         let arguments = (call + number) * size_of::<[u32; 5]>();
-                        pass.draw_indexed_indirect(self.device.calls.get(), arguments as u64);
+                        pass.draw_indexed_indirect(device.calls.get(), arguments as u64);
                     }
                 }
             }
@@ -323,9 +361,12 @@ impl Crowd {
 
     /// Draw calls and triangles of the last picture in a pass.
     pub(super) fn counted(&self, kind: PassKind) -> Counted {
-        let Some((look, Culled { lists, .. })) = &self.kept else { return Counted::default() };
+        let (Some((look, _)), lists) = (&self.kept, self.lists(kind)) else { return Counted::default() };
         let mut counted = Counted::default();
-        let mut first = if kind == PassKind::Shadow { lists.len() / 2 } else { 0 };
+        if lists.is_empty() {
+            return counted;
+        }
+        let mut first = 0;
         for tree in &self.species {
             for part in parts(tree) {
                 let trees = lists[first + part.group].len() as u64;

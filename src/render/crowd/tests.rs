@@ -66,7 +66,7 @@ fn trees() -> Vec<Standing> {
 
 fn shot() -> Shot {
     let camera = Camera::orbit(Vec3::new(20.0, 2.0, -30.0), 0.6, 0.1, 60.0);
-    Shot { background: Background::Black, ..Shot::new(camera, [240, 160]) }
+    Shot { background: Background::Black, stage: Stage::Antialiased, ..Shot::new(camera, [240, 160]) }
 }
 
 fn renderer() -> Option<Renderer> {
@@ -115,10 +115,30 @@ fn a_crowd_looks_as_its_trees_do_one_by_one() {
     }
 }
 
+/// Mean of all bytes of colour.
+fn brightness(picture: &Picture) -> f64 {
+    picture.color.pixels().flat_map(|p| p.0).map(f64::from).sum::<f64>() / picture.depth_m.len() as f64
+}
+
+#[test]
+fn a_crowd_casts_shadows_and_its_map_stays_while_it_shows_the_same() {
+    let Some(mut renderer) = renderer() else { return };
+    let lit = Shot { stage: Stage::Lit, background: Background::Sky, ..shot() };
+    let mut crowd = crowd_of(&mut renderer, &trees());
+    let seen = renderer.picture(&lit, world(&mut crowd, Batch::Indirect)).unwrap();
+    // Shadows are of the level that the map can show, and so a little unlike those that trees cast one by one.
+    let expected = one_by_one(&mut renderer, &lit, &trees());
+    let alike = brightness(&seen) / brightness(&expected);
+    assert!((alike - 1.0).abs() < 0.02, "{alike}");
+    // The picture of single trees has used the map; then it is drawn anew, and then it stays.
+    let mut again = || renderer.picture(&lit, world(&mut crowd, Batch::Indirect)).unwrap();
+    assert!(again().color == seen.color && again().color == seen.color);
+}
+
 #[test]
 fn what_stands_behind_the_viewer_costs_nothing_and_a_still_camera_sends_nothing() {
     let Some(mut renderer) = renderer() else { return };
-    let shot = Shot { stage: Stage::Antialiased, ..shot() };
+    let shot = shot();
     let few = trees();
     let backward = shot.camera.axes[2];
     let behind = few.iter().map(|(species, placed)| {
@@ -145,7 +165,7 @@ fn draws_do_not_grow_with_the_number_of_trees() {
     let Some(mut renderer) = renderer() else { return };
     let mut draws = |trees: &[Standing], batch| {
         let mut crowd = crowd_of(&mut renderer, trees);
-        renderer.frame(&shot(), world(&mut crowd, batch)).unwrap();
+        renderer.frame(&Shot { stage: Stage::Lit, ..shot() }, world(&mut crowd, batch)).unwrap();
         assert!(crowd.device_bytes() <= 32 * trees.len() as u64 + 4096, "{} bytes", crowd.device_bytes());
         renderer.counted().draws
     };

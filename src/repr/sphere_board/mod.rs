@@ -7,8 +7,11 @@
 mod flat;
 mod levels;
 pub(super) mod picture;
+mod reduced;
+mod relief;
 pub(super) mod subject;
 mod tone;
+mod views;
 
 use rayon::prelude::*;
 
@@ -21,6 +24,7 @@ use crate::texture::{self, BakeParams, SynthParams, texels_per_m};
 use crate::{Result, model::pipeline};
 
 use super::{BuiltTree, Job, Representation, Scope, SourceKind, TreeSource};
+use levels::Far;
 use picture::Picture;
 use subject::{Cluster, Subject};
 
@@ -49,6 +53,15 @@ crate::params! {
         polygons_mid: u32 = 600, in 60..=10_000, unit "polygons", source "ours: a half of the outline's detail";
         /// Polygons of all crowns in the coarse level.
         polygons_far: u32 = 150, in 40..=5_000, unit "polygons", source "ours: a half of that";
+        /// From how many azimuths, at each of three elevations and once from above, a true tree is pictured for its coarse level, which shows the
+        /// picture nearest to the viewer; 0 for one texture, as nearer levels have.
+        looks: u32 = 4, in 0..=12, unit "views", source "ours: from afar what is seen through a crown differs from side to side";
+        /// Texels of those pictures along the tree's longest side.
+        look_px: u32 = 128, in 16..=512, unit "texels", source "ours: as many as it has pixels";
+        /// How many pixels high a true tree is where those pictures take over.
+        look_from_px: f64 = 170.0, in 16.0..=1000.0, unit "px", source "ours: a texel is a pixel or somewhat more";
+        /// Polygons of all crowns that carry those pictures.
+        look_polygons: u32 = 200, in 40..=5_000, unit "polygons", source "ours: with fewer, corners of the outline are cut off";
         /// Side of the finest level's atlas; each coarser level has half of it.
         texture_size: PowerOfTwo = PowerOfTwo(512), in 64..=2048, unit "texels", source "ours: as `model` has it";
         /// Most crowns of one tree.
@@ -100,6 +113,7 @@ impl Representation for SphereBoard {
         let params: SphereBoardParams = job.settings.read()?;
         let bounds = job.source.box_of_all()?;
         let mut subject = Subject::of(job, &params, bounds)?;
+        let outer: Vec<Hull> = subject.clusters.iter().map(|cluster| cluster.hull.clone()).collect();
         let growth = job.source.growth().unwrap_or_else(|| growth(&subject, bounds));
         if subject.finest.is_none() {
             let grown_m = 0.5 * (growth.min_m + growth.max_m);
@@ -111,13 +125,16 @@ impl Representation for SphereBoard {
             Some(parts) if halvings == 0 || subject.clusters.is_empty() => Ok(parts.clone()),
             _ => subject.crowns(polygons as usize, atlas(halvings), job),
         };
-        let (near, (mid, far)) = rayon::join(
-            || built(params.polygons, 0),
-            || rayon::join(|| built(params.polygons_mid, 1), || built(params.polygons_far, 2)),
-        );
+        // A model and what is only grown are known from the photographs alone.
+        let all_seen = subject.finest.is_none() && params.depth == Unseen::Seen && params.above == Unseen::Seen;
+        let far = || match all_seen && params.looks > 0 {
+            true => views::parts(job, &outer, wood.as_ref(), bounds, &params).map(Far::Looks),
+            false => built(params.polygons_far, 2).map(Far::Crowns),
+        };
+        let (near, (mid, far)) = rayon::join(|| built(params.polygons, 0), || rayon::join(|| built(params.polygons_mid, 1), far));
         let (near, mid, far) = (near?, mid?, far?);
         let cards = flat::cards(job, bounds)?;
-        levels::built(levels::Ladder { meshes: [near, mid, far], wood, cards }, bounds, growth, params.error_px)
+        levels::built(levels::Ladder { meshes: [near, mid], far, wood, cards }, bounds, growth, &params)
     }
 }
 

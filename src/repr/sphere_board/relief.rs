@@ -1,0 +1,58 @@
+//! Surfaces that lie where the leaves are that a view shows, on average: what stands for a heap of leaves from one side stays right when it
+//! is looked at somewhat from aside. Metres, texels of the view.
+
+use glam::{Vec3, Vec4};
+
+use crate::geom::PolyMesh;
+use crate::raster::{self, Layer, View};
+
+/// Where in depth lies what a view shows.
+pub(super) struct Relief<'a> {
+    view: &'a View,
+    /// Metres towards the viewer from the origin, smoothed and everywhere.
+    depth: Layer,
+}
+
+/// Half the width of what is averaged of depths, texels.
+const SMOOTHED: usize = 4;
+
+/// Cosine to the viewer from which on a side of the surface is moved all the way.
+const TURNED: f32 = 0.3;
+/// Weight from which on a depth is known well enough not to be filled in from around.
+const KNOWN: f32 = 0.05;
+
+impl<'a> Relief<'a> {
+    pub(super) fn of(view: &'a View, taken: &'a raster::Capture) -> Self {
+        let middle = view.center.dot(view.axes[2]);
+        let width = view.width_px as usize;
+        let seen = Layer::from_fn(width, view.height_px as usize, |x, y| {
+            let at = y * width + x;
+            let (depth, covered) = (taken.depth_m[at], f32::from(taken.coverage.as_raw()[at]) / 255.0);
+            if depth.is_finite() { Vec4::new(covered * (middle + depth), 0.0, 0.0, covered) } else { Vec4::ZERO }
+        });
+        let mut depth = seen.low_pass(SMOOTHED);
+        depth.texels.iter_mut().for_each(|t| *t = Vec4::new(t.x / t.w.max(1e-6), 0.0, 0.0, (t.w / KNOWN).min(1.0)));
+        depth.bleed();
+        Self { view, depth }
+    }
+
+    /// The surface with the side that the viewer sees brought to where the leaves are that he sees: nothing moves in the picture, but seen
+    /// somewhat from aside leaves stay together.
+    pub(super) fn raised(&self, mesh: &PolyMesh) -> PolyMesh {
+        let View { axes: [right, up, toward], center, half_size_m, width_px, height_px, .. } = *self.view;
+        let mut normals = vec![Vec3::ZERO; mesh.positions.len()];
+        for corners in mesh.triangulated() {
+            let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+            corners.iter().for_each(|&v| normals[v as usize] += (b - a).cross(c - a));
+        }
+        let moved = |(p, n): (&Vec3, &Vec3)| {
+            let faces = (n.normalize_or(Vec3::ZERO).dot(toward) / TURNED).clamp(0.0, 1.0);
+            let aside = *p - center;
+            let x = (0.5 + 0.5 * aside.dot(right) / half_size_m.x) * width_px as f32;
+            let y = (0.5 - 0.5 * aside.dot(up) / half_size_m.y) * height_px as f32;
+            let depth = self.depth.bilinear(x.clamp(0.5, width_px as f32 - 0.5), y.clamp(0.5, height_px as f32 - 0.5)).x;
+            *p + faces * (depth - p.dot(toward)) * toward
+        };
+        PolyMesh { positions: mesh.positions.iter().zip(&normals).map(moved).collect(), ..mesh.clone() }
+    }
+}

@@ -1,0 +1,145 @@
+//! The crowns of a true tree from afar: the same closed surfaces, coarse, wearing what is seen of the tree from where the viewer stands.
+//!
+//! Where a leaf is smaller than a pixel, what matters is whether a pixel is covered and how light it is, and of a heap of leaves that differs
+//! from side to side: one texture for all sides has gaps and lights where none are. So each of some views, in rings from the level to
+//! straight above, has a picture of the whole tree, and the surfaces carry the one that was taken nearest to the viewer. Ours; She's far trees
+//! wear one texture, as do those made of photographs.
+
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+use image::{RgbaImage, imageops};
+use rayon::prelude::*;
+
+use super::SphereBoardParams;
+use super::reduced::reduced;
+use super::relief::Relief;
+use crate::Result;
+use crate::crown::{self, CrownParams, Hull};
+use crate::geom::{Bounds, PolyMesh, Surface};
+use crate::model::Part;
+use crate::raster::View;
+use crate::repr::card::{self, Card, window_around};
+use crate::repr::{BuiltPart, Facing, Job};
+
+/// A ring of views: from which elevation its pictures are taken, and between which they are shown, degrees.
+struct Ring {
+    taken: f32,
+    shown: [f32; 2],
+}
+
+const RINGS: [Ring; 3] = [
+    Ring { taken: 12.0, shown: [-90.0, 30.0] },
+    Ring { taken: 45.0, shown: [30.0, 57.0] },
+    Ring { taken: 68.0, shown: [57.0, 79.0] },
+];
+/// How far a view shows beyond its own sector, where the next takes over.
+const BLEND: f32 = 0.07;
+/// A texel is the mean of so many pixels along each side.
+const FINER: u32 = 3;
+/// A texel of the normals has so many of the picture along each side. Shading by single leaves would be lighter the farther away they are, as
+/// normals that point everywhere average to one that points up.
+const NORMALS: u32 = 4;
+/// How far the surfaces stand out beyond the clusters' outlines, of the tree's longest side: pictures end at alpha, not at the surface.
+const OUTSET: f64 = 0.05;
+/// Times the alpha that keeps the covered area at the alpha test. Seen between two sizes of a picture, and from between two views, less of it is
+/// there; with this much, what is there is the true tree's within a few percent (`examples/sphere_score`).
+const FULLER: f32 = 1.1;
+/// Empty texels round each picture: what lies beyond it is not there.
+const MARGIN: f32 = 2.0;
+
+/// The parts of the level; empty where nothing is seen of the tree.
+pub(super) fn parts(
+    job: &Job,
+    hulls: &[Hull],
+    wood: Option<&Part>,
+    bounds: Bounds,
+    params: &SphereBoardParams,
+) -> Result<Vec<BuiltPart>> {
+    let longest_m = bounds.size().max_element();
+    let mesh = surface(job, hulls, wood, longest_m, params)?;
+    let texel_m = longest_m / params.look_px as f32;
+    let (mut cards, mut facings) = (vec![], vec![]);
+    for (axes, facing) in stands(params.looks) {
+        let Some(window) = window_around(job.source.points(job.scope), axes) else { continue };
+        let wide = Vec3::new(MARGIN * texel_m, MARGIN * texel_m, 0.0);
+        let window = Bounds { min: window.min - wide, max: window.max + wide };
+        let size_px = [window.size().x, window.size().y].map(|side| ((side / texel_m).ceil() as u32).max(4));
+        cards.push(Card { name: format!("look_{}", cards.len()), axes, window, plane: 0.0, size_px });
+        facings.push(facing);
+    }
+    let parts = job.source.parts(job.scope);
+    let finer = |card: &Card| Card { size_px: card.size_px.map(|side| FINER * side), ..card.clone() }.view();
+    let views: Vec<View> = cards.iter().map(finer).collect();
+    let taken = job.capture.take(&parts, &views)?;
+    let leaves = card::leaves(job.capture, &parts, &views, &taken)?;
+    let looks = cards.par_iter().zip(&taken).zip(&leaves).zip(facings);
+    let worn = looks.filter_map(|(((card, taken), leaves), facing)| {
+        let (taken, leaves) = reduced(taken, leaves, FINER);
+        let mut part = card::of_capture(card, &taken, &leaves)?;
+        part.surface = wearing(Relief::of(&card.view(), &taken).raised(&mesh), card);
+        part.material.two_sided = false;
+        part.material.texture = part.material.texture.map(|picture| Arc::new(fuller(&picture)));
+        part.material.normal_texture = part.material.normal_texture.map(|normals| {
+            let [width, height] = card.size_px.map(|side| (side / NORMALS).max(1));
+            Arc::new(imageops::resize(&*normals, width, height, imageops::FilterType::Triangle))
+        });
+        let mut part = BuiltPart::still(part);
+        part.seen.facing = facing;
+        Some(part)
+    });
+    Ok(worn.collect())
+}
+
+/// The closed surfaces that carry the pictures: crowns, and wood.
+fn surface(job: &Job, hulls: &[Hull], wood: Option<&Part>, longest_m: f32, params: &SphereBoardParams) -> Result<PolyMesh> {
+    let outset = |mut hull: Hull| {
+        hull.inset(-OUTSET * f64::from(longest_m));
+        hull
+    };
+    let hulls: Vec<Hull> = hulls.iter().cloned().map(outset).collect();
+    let smooth = CrownParams { disturb: 0.0, ..CrownParams::default() };
+    let crowns = crown::surfaces(&hulls, params.look_polygons as usize, &smooth, job.seed)?;
+    let meshes = crowns.into_iter().map(|crown| crown.mesh).chain(wood.map(|wood| wood.surface.mesh.clone()));
+    let all = meshes.fold(Surface::default(), |mut all, mesh| {
+        all.append(Surface { mesh, ..Surface::default() });
+        all
+    });
+    Ok(all.mesh)
+}
+
+/// Somewhat more of it there.
+fn fuller(picture: &RgbaImage) -> RgbaImage {
+    let mut picture = picture.clone();
+    picture.pixels_mut().for_each(|p| p.0[3] = (FULLER * f32::from(p.0[3])).min(255.0) as u8);
+    picture
+}
+
+/// From where pictures are taken, and from where each is seen.
+fn stands(looks: u32) -> Vec<([Vec3; 3], Facing)> {
+    let half = PI / looks as f32;
+    let cosines = if looks > 1 { [(half + BLEND).min(PI).cos(), half.cos()] } else { [-2.0; 2] };
+    let ring = |ring: &Ring| {
+        let [low, high] = ring.shown.map(f32::to_radians);
+        let rises = if low > -FRAC_PI_2 { [(low - BLEND).sin(), low.sin()] } else { [-2.0; 2] };
+        let (sinks, taken) = ([high.sin(), (high + BLEND).sin()], ring.taken.to_radians());
+        let view = move |k: u32| {
+            let azimuth = k as f32 * TAU / looks as f32;
+            let axis = Vec3::new(azimuth.sin(), 0.0, azimuth.cos());
+            (View::axes_from(azimuth, taken), Facing::Sector { axis, cosines, rises, sinks })
+        };
+        (0..looks).map(view)
+    };
+    let high = RINGS[RINGS.len() - 1].shown[1].to_radians();
+    let above = Facing::Toward { axis: Vec3::Y, cosines: [(high - BLEND).sin(), high.sin()], level: false, both_sides: false };
+    RINGS.iter().flat_map(ring).chain([(View::axes_from(0.0, FRAC_PI_2), above)]).collect()
+}
+
+/// The surface with the card's picture thrown onto it. Its normals are the card's: those of the picture are told in its frame.
+fn wearing(mesh: PolyMesh, card: &Card) -> Surface {
+    let ([right, up, toward], low, size) = (card.axes, card.window.min, card.window.size());
+    let uv = |p: &Vec3| Vec2::new((p.dot(right) - low.x) / size.x, 1.0 - (p.dot(up) - low.y) / size.y);
+    let uvs = mesh.positions.iter().map(uv).collect();
+    Surface { normals: vec![toward; mesh.positions.len()], uvs, mesh, ..Surface::default() }
+}
