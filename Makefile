@@ -3,7 +3,7 @@ PHOTO ?=
 OUT ?= results/local
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-full sheets photos bench scoreboard fuzz lock clean
+.PHONY: help demo test test-full sheets photos bench scoreboard chains fuzz lock clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
@@ -32,6 +32,9 @@ bench: ## the benchmarks, into results/<date>-<cores>-core-cpu
 
 scoreboard: ## every method on three grown trees, into results/scoreboard
 	@scripts/scoreboard
+
+chains: ## what `grove --method auto` draws each preset with, anew by comparing them: src/grove/chains.json
+	cargo run --release --locked --example grove_chains
 
 fuzz: ## a minute each of random pictures through decode, segment and model, and of damaged models through import (FUZZ_SECONDS=n for longer)
 	@scripts/fuzz

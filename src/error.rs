@@ -690,6 +690,15 @@ pub enum Error {
         /// What is wrong with it.
         what: String,
     },
+    // What a grove is planted with from photographs.
+    /// A folder of photographs that holds none, or too many.
+    #[error("expected a folder with photographs of trees, up to 4096, but found {found} in {}; name another with --photos", folder.display())]
+    Photos {
+        /// Which folder.
+        folder: PathBuf,
+        /// What is in it.
+        found: String,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.

@@ -40,6 +40,7 @@ const ARROWS: [(&str, &str); 10] = [
     ("raster", "geom"),
     ("page", "error"),
     ("report", "compare"),
+    // What `auto` draws a grove with is what a comparison recommends.
     ("grove", "compare"),
 ];
 

@@ -9,14 +9,16 @@ use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use crate::gpu::Gpu;
 use crate::grove::drive::{self, FollowParams, Grove};
+use crate::grove::export::{self, ExportParams};
 use crate::grove::page::{self, Picture, Video};
 use crate::grove::record::{Recorder, Setting, Started};
 use crate::grove::scene::{PRESETS, SpeciesEntry, lay_out, preset};
-use crate::grove::{Scene, SceneFile, stock};
+use crate::grove::stock::{self, Stock};
+use crate::grove::{Scene, SceneFile, photos};
 use crate::raster::{FRAME_MS, PngEffort, png_with, webp};
 use crate::render::{CullParams, Renderer};
 use crate::repr::SoftwareCapture;
-use crate::{Result, Warning, files};
+use crate::{Result, Seed, Warning, files};
 
 use super::batch::{progress_bar, text_of};
 use super::{Outcome, look, options, say, scenes, subject};
@@ -63,7 +65,35 @@ pub fn command() -> Command {
             "Also drive.webp, a moving picture of the drive: 25 frames a second, {MOST_VIDEO_FRAMES} at most, evenly along the path"
         )));
     let command = options::add::<CullParams>(command, "Culling and drawing");
-    look::add_adapter(options::add::<FollowParams>(command, "Levels of detail"))
+    let command = options::add::<FollowParams>(command, "Levels of detail");
+    look::add_adapter(add_exchange(command))
+}
+
+/// What comes in from photographs, and what goes out to other programs.
+fn add_exchange(command: Command) -> Command {
+    let file = |name: &'static str, value: &'static str| {
+        Arg::new(name)
+            .long(name)
+            .value_name(value)
+            .value_parser(value_parser!(PathBuf))
+            .help_heading("Photographs and other programs")
+    };
+    let command = command
+        .arg(
+            file("photos", "DIR")
+                .conflicts_with_all(["species", "preset"])
+                .requires("inventory")
+                .help("Model every photograph of this folder, instead of the scene's species; each is planted where --inventory names its file"),
+        )
+        .arg(file("inventory", "FILE").help(
+            "Trees from a table (CSV) or GeoJSON points instead of the scene's: x and y or longitude and latitude, species or photo, height, \
+             crown width",
+        ))
+        .arg(file("export", "FILE.glb").help(
+            "Also write the grove as GLB for other programs: each tree once and lists of where its copies stand (EXT_mesh_gpu_instancing), \
+             about 40 bytes for each tree; the ground as a mesh",
+        ));
+    options::add::<ExportParams>(command, "Photographs and other programs")
 }
 
 /// Runs it.
@@ -78,14 +108,18 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let spinner = subject::spinner("growing species".to_owned());
     let mut watch = Watch(Instant::now());
     let mut started = Started::default();
-    let stock = stock::stock(&file.species, &file.method, &SoftwareCapture::new(), &|name| {
-        spinner.set_message(format!("{name}: growing and building"));
-    })?;
+    let stock = match matches.get_one::<PathBuf>("photos") {
+        Some(folder) => model_photos(folder, &file)?,
+        None => stock::stock(&file.species, &file.method, &SoftwareCapture::new(), &|name| {
+            spinner.set_message(format!("{name}: growing and building"));
+        })?,
+    };
     started.species_ms = watch.lap_ms();
     stock.iter().for_each(|stock| subject::warn(&stock.size.name, &stock.warnings));
     let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
     let scene = lay_out(&file, &sizes, &mut |what| spinner.set_message(what.to_owned()))?;
     started.places_ms = watch.lap_ms();
+    write_export(matches, &scene, &stock)?;
     spinner.set_message("planting");
     let mut grove = Grove::plant(&renderer, &scene, &stock)?;
     started.device_ms = watch.lap_ms();
@@ -139,6 +173,12 @@ fn scene_file(matches: &ArgMatches) -> Result<SceneFile> {
     };
     if let Some(species) = matches.get_many::<String>("species") {
         file.species = species.map(SpeciesEntry::new).collect();
+    }
+    if let Some(folder) = matches.get_one::<PathBuf>("photos") {
+        file.species = vec![SpeciesEntry::new(text_of(folder))];
+    }
+    if let Some(path) = matches.get_one::<PathBuf>("inventory") {
+        file.inventory = Some(path.clone());
     }
     let text = |name| matches.get_one::<String>(name).cloned();
     file.trees = matches.get_one("trees").copied().unwrap_or(file.trees);
@@ -213,4 +253,45 @@ impl Taken<'_> {
         let shown_s = frames as f32 * FRAME_MS as f32 * 1e-3;
         Ok(Video { file: NAME.to_owned(), frames, times: self.scene.path.length_s() / shown_s })
     }
+}
+
+/// A tree of every photograph in a folder. Those that fail are told, and the rest goes on.
+fn model_photos(folder: &Path, file: &SceneFile) -> Result<Vec<Stock>> {
+    let photos = photos::find(folder)?;
+    let bar = progress_bar(photos.len() as u64);
+    let modelled = photos::stock(&photos, &file.method, Seed(file.seed), &SoftwareCapture::new(), &|name| {
+        bar.set_message(name.to_owned());
+        bar.inc(1);
+    })?;
+    bar.finish_and_clear();
+    if !modelled.failed.is_empty() {
+        say::err(&format!("{} of {} photographs could not be modelled", modelled.failed.len(), photos.len()));
+        subject::warn(&text_of(folder), &modelled.failed);
+    }
+    Ok(modelled.stock)
+}
+
+/// The grove for other programs, where it is wanted.
+fn write_export(matches: &ArgMatches, scene: &Scene, stock: &[Stock]) -> Result<()> {
+    let Some(path) = matches.get_one::<PathBuf>("export") else { return Ok(()) };
+    let named = [matches.get_one::<PathBuf>("scene"), scene.file.inventory.as_ref(), scene.file.ground.as_ref()];
+    let sources = scene.file.species.iter().map(|species| PathBuf::from(&species.source));
+    files::refuse_overwriting([path.as_path()], &named.into_iter().flatten().cloned().chain(sources).collect::<Vec<_>>())?;
+    let bar = subject::spinner(format!("{}: {} trees", path.display(), scene.planted.len()));
+    let export = export::export(scene, stock, &options::read(matches)?)?;
+    let _folder = files::ready_folder(path.parent().unwrap_or("".as_ref()))?;
+    files::write_whole(path, &export.glb)?;
+    bar.finish_and_clear();
+    subject::warn("export", &export.warnings);
+    let mb = |bytes: usize| bytes as f64 / 1e6;
+    say::out(&format!(
+        "{}: {:.1} MB, of them {:.1} MB for {} trees; {} triangles in {} draw calls",
+        path.display(),
+        mb(export.glb.len()),
+        mb(export.bytes_of_copies),
+        export.trees,
+        export.triangles,
+        export.draws
+    ));
+    Ok(())
 }

@@ -1,9 +1,12 @@
 //! Groves: what stands where, on which ground, seen along which path. Plain data, metres, +Y up, +X east, -Z north.
 
+pub mod chains;
 pub mod drive;
+pub mod export;
 pub mod inventory;
 pub mod page;
 pub mod path;
+pub mod photos;
 pub mod placement;
 pub mod plots;
 pub mod record;

@@ -62,13 +62,17 @@ described! {
         /// Seed of the first variant, the next have the next; 1 unless given.
         #[serde(default = "first_seed")]
         pub seed: u64,
+        /// The folder of a comparison of this source (`sphereboard compare`), or its `report.json`, beside the scene file: where the method is
+        /// `auto`, its chain is drawn instead of the one that comes with the program.
+        #[serde(default)]
+        pub compared: Option<PathBuf>,
     }
 }
 
 impl SpeciesEntry {
     /// One tree of a source.
     pub fn new(source: impl Into<String>) -> Self {
-        Self { source: source.into(), share: one(), variants: one_tree(), seed: first_seed() }
+        Self { source: source.into(), share: one(), variants: one_tree(), seed: first_seed(), compared: None }
     }
 }
 
@@ -180,6 +184,7 @@ impl SceneFile {
             scene.path = folder.join(&scene.path).to_string_lossy().into_owned();
         }
         for species in &mut scene.species {
+            species.compared = species.compared.take().map(|path| folder.join(path));
             let beside = folder.join(&species.source);
             if crate::plant::presets::preset(&species.source).is_none() && beside.exists() {
                 species.source = beside.to_string_lossy().into_owned();

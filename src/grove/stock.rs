@@ -2,12 +2,14 @@
 
 use rayon::prelude::*;
 
+use super::chains::{self, Chains};
 use super::placement::SpeciesSize;
 use super::scene::{AUTO, SpeciesEntry};
+use crate::compare::answer::Chain;
 use crate::geom::Bounds;
 use crate::model::reference::Asked;
-use crate::plant::presets::preset;
-use crate::repr::{self, BuiltTree, Capture, Order, Scope, Settings, TreeSource, file};
+use crate::plant::presets::{Preset, preset};
+use crate::repr::{self, BuiltTree, Capture, Order, Scope, Settings, SourceKind, TreeSource, file};
 use crate::{Error, Result, Seed, Warning, files};
 
 /// One kind of tree, ready to be planted.
@@ -49,7 +51,7 @@ pub fn stock(species: &[SpeciesEntry], method: &str, capture: &dyn Capture, told
 fn one(entry: &SpeciesEntry, variant: u64, count: u32, method: &str, capture: &dyn Capture) -> Result<Stock> {
     let seed = Seed(entry.seed + variant);
     let share = entry.share / f64::from(count);
-    if method == AUTO && preset(&entry.source).is_none() {
+    if method == AUTO && entry.compared.is_none() && preset(&entry.source).is_none() {
         // A file that was baked holds its levels.
         let bytes = files::read_whole(entry.source.as_ref(), u64::MAX)?;
         if let Some((built, _)) = file::read(&bytes).transpose()? {
@@ -57,31 +59,98 @@ fn one(entry: &SpeciesEntry, variant: u64, count: u32, method: &str, capture: &d
             return Ok(Stock { built, size, warnings: vec![] });
         }
     }
-    let (source, mut warnings) = TreeSource::open(&entry.source, &Asked::default(), seed)?;
+    let (source, warnings) = TreeSource::open(&entry.source, &Asked::default(), seed)?;
+    let chain = match &entry.compared {
+        Some(comparison) if method == AUTO => Some(chains::of_comparison(comparison)?),
+        _ => None,
+    };
+    let stock = of_source(&source, entry, share, (method, chain), seed, capture)?;
+    Ok(Stock { warnings: warnings.into_iter().chain(stock.warnings).collect(), ..stock })
+}
+
+/// A tree that is planted for `entry`, by a method, or where that is [`AUTO`] by `chain`, the one that comes with the program, or
+/// [`WITHOUT_CHAIN`].
+pub(super) fn of_source(
+    source: &TreeSource,
+    entry: &SpeciesEntry,
+    share: f64,
+    (method, chain): (&str, Option<Chain>),
+    seed: Seed,
+    capture: &dyn Capture,
+) -> Result<Stock> {
     let points: Vec<_> = source.points(Scope::Tree).collect();
     let size = size_of(entry, share, source.box_of_all()?, points.iter());
-    let id = if method == AUTO { WITHOUT_CHAIN } else { method };
     if method == AUTO {
-        let note = format!("{}: no recommended chain; {id} with its own levels stands in", entry.source);
-        warnings.push(Warning::new("no-chain", note));
+        let name = if source.kind() == SourceKind::Model { chains::PHOTOGRAPH } else { &entry.source };
+        if let Some(chain) = chain.or_else(|| Chains::own().of(name)) {
+            let built = chains::build(&chain, source, seed, capture)?;
+            return Ok(Stock { warnings: built.warnings.clone(), built, size });
+        }
     }
+    let id = if method == AUTO { WITHOUT_CHAIN } else { method };
     let order = Order { method: id, trunk: None, settings: &Settings::default(), seed };
-    let built = repr::build(&order, &source, capture)?;
+    let built = repr::build(&order, source, capture)?;
+    let note = format!("{}: no recommended chain; {id} with its own levels stands in", entry.source);
+    let warnings = if method == AUTO { vec![Warning::new("no-chain", note)] } else { vec![] };
     Ok(Stock { built, size, warnings })
+}
+
+/// What gardeners and botanists call a preset: "English oak", "Quercus robur".
+fn names_of(preset: &Preset) -> Vec<String> {
+    let called = preset.common.split(':').next().unwrap_or_default();
+    called.split(['(', ')']).map(|name| name.trim().to_owned()).filter(|name| !name.is_empty()).collect()
 }
 
 fn size_of<'a>(entry: &SpeciesEntry, share: f64, bounds: Bounds, points: impl Iterator<Item = &'a glam::Vec3>) -> SpeciesSize {
     let top = bounds.foot_y() + TRUNK * bounds.height_m();
     let radius = points.filter(|p| p.y <= top).map(|p| p.x.hypot(p.z)).fold(0.0, f32::max);
     let size = bounds.size();
-    let stem = std::path::Path::new(&entry.source).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let path = std::path::Path::new(&entry.source);
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let preset = preset(&entry.source).map(names_of).unwrap_or_default();
     SpeciesSize {
         name: entry.source.clone(),
-        also: stem.into_iter().collect(),
+        also: stem.into_iter().chain(preset).collect(),
         share,
         height_m: bounds.height_m(),
         crown_width_m: 0.5 * (size.x + size.z),
         // A stool of shoots, or a skirt down to the ground, is no trunk.
         trunk_radius_m: radius.min(0.06 * bounds.height_m()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::presets::PRESETS;
+    use crate::repr::SoftwareCapture;
+
+    #[test]
+    fn presets_are_found_by_their_latin_and_common_names() {
+        for (name, expected) in [("oak", ["English oak", "Quercus robur"]), ("birch", ["silver birch", "Betula pendula"])] {
+            assert_eq!(names_of(preset(name).unwrap()), expected);
+        }
+        for preset in &PRESETS {
+            let names = names_of(preset);
+            assert!(names.len() == 2 && names[1].starts_with(char::is_uppercase) && names[1].contains(' '), "{names:?}");
+        }
+    }
+
+    #[test]
+    fn a_comparison_that_a_species_names_says_what_is_drawn_and_a_missing_one_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let link = |method: &str, from: f32| {
+            format!(r#"{{"method":"{method}","level":null,"from_height_px":null,"from_distance":{from}}}"#)
+        };
+        let report = format!(r#"{{"chain":{{"links":[{},{}]}}}}"#, link("crossed-planes", 0.0), link("billboard", 30.0));
+        files::write_whole(&folder.path().join("report.json"), report.as_bytes()).unwrap();
+        let entry = SpeciesEntry { compared: Some(folder.path().to_owned()), ..SpeciesEntry::new("spruce") };
+        let stock = stock(&[entry.clone()], AUTO, &SoftwareCapture::new(), &|_| ()).unwrap();
+        let built = &stock[0].built;
+        assert_eq!(built.levels.iter().map(|level| level.name.as_str()).collect::<Vec<_>>(), ["crossed-planes", "billboard"]);
+        assert!(built.parts_at(5.0).count() > 0 && built.parts_at(90.0).count() > 0 && stock[0].warnings.is_empty());
+        let lost = SpeciesEntry { compared: Some(folder.path().join("none")), ..entry };
+        let told = super::stock(&[lost], AUTO, &SoftwareCapture::new(), &|_| ()).unwrap_err().to_string();
+        assert!(told.contains("spruce") && told.contains("none"), "{told}");
     }
 }

@@ -184,7 +184,7 @@ fn read_own(bytes: &[u8]) -> Result<(BuiltTree, Origin)> {
 }
 
 /// What a plain viewer shows of a part.
-fn plainly(part: &BuiltPart) -> Plainly {
+pub(crate) fn plainly(part: &BuiltPart) -> Plainly {
     match &part.drawn {
         // All views of a surface lie on it; the front one is shown.
         Drawn::Still if matches!(part.seen.facing, Facing::Sector { .. }) && part.seen.share_toward(Vec3::Z) < 0.5 => {

@@ -4,12 +4,14 @@
 //! triangles; how many there are of each, and all else that glTF has no word for, rides in `extras.sphereboard`.
 //!
 //! Grown trees have the nodes `wood` and `leaves`; leaf `i` of the latter is its quad `i`: triangles `2i` and `2i + 1`, vertices
-//! `4i..4i + 4`. What a method has built of a tree ([`Assembly`]) has a node for every part in every level.
+//! `4i..4i + 4`. What a method has built of a tree ([`Assembly`]) has a node for every part in every level. Groves ([`Instanced`])
+//! have each tree once, and lists of where its copies stand.
 //!
 //! Crowns are `alphaMode: MASK` and single-sided: through a gap in the near wall one looks past the culled inside of the far wall
 //! at the sky, so that the gap fraction seen is the one photographed, not its square.
 
 mod assembly;
+mod instances;
 mod read;
 mod write;
 mod writer;
@@ -18,6 +20,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 pub use assembly::{Assembly, Piece, Plainly, Tier, read_assembly, write_assembly};
+pub use instances::{Batch, EXTENSION, Instanced, Kind, write_instances};
 pub use read::read;
 pub use write::{write, write_parts};
 

@@ -79,6 +79,23 @@ impl Writer {
         Ok(self.root.push(Node { name: Some(name.to_owned()), mesh: Some(mesh), extras: extras(says)?, ..Node::default() }))
     }
 
+    /// A node as it is.
+    pub(super) fn push_node(&mut self, node: Node) -> Index<Node> {
+        self.root.push(node)
+    }
+
+    /// What an extension says of a node.
+    pub(super) fn extend_node(&mut self, node: Index<Node>, extension: &str, says: serde_json::Value) {
+        let says = json::extensions::scene::Node { others: [(extension.to_owned(), says)].into_iter().collect() };
+        self.root.nodes[node.value()].extensions = Some(says);
+    }
+
+    /// Who does not know that extension cannot show the file.
+    pub(super) fn require(&mut self, extension: &str) {
+        self.root.extensions_used.push(extension.to_owned());
+        self.root.extensions_required.push(extension.to_owned());
+    }
+
     /// A node over others.
     pub(super) fn group(&mut self, name: &str, children: Vec<Index<Node>>) -> Index<Node> {
         self.root.push(Node { name: Some(name.to_owned()), children: Some(children), ..Node::default() })
@@ -89,12 +106,8 @@ impl Writer {
     pub(super) fn levels(&mut self, nodes: &[Index<Node>], covers: &[f32]) -> Result<()> {
         let [finest, coarser @ ..] = nodes else { return Ok(()) };
         let ids: Vec<u32> = coarser.iter().map(|node| node.value() as u32).collect();
-        let lod = json::extensions::scene::Node {
-            others: [("MSFT_lod".to_owned(), serde_json::json!({ "ids": ids }))].into_iter().collect(),
-        };
-        let node = &mut self.root.nodes[finest.value()];
-        node.extensions = Some(lod);
-        node.extras =
+        self.extend_node(*finest, "MSFT_lod", serde_json::json!({ "ids": ids }));
+        self.root.nodes[finest.value()].extras =
             Some(serde_json::value::to_raw_value(&serde_json::json!({ "MSFT_screencoverage": covers })).map_err(internal)?);
         self.root.extensions_used.push("MSFT_lod".to_owned());
         Ok(())
@@ -162,6 +175,22 @@ impl Writer {
         count: usize,
     ) -> Index<json::Accessor> {
         let view = self.view(bytes, Some(target));
+        self.access(view, component, kind, count)
+    }
+
+    /// Values that are neither vertices nor corners.
+    pub(super) fn list(&mut self, bytes: &[u8], component: ComponentType, kind: Type, count: usize) -> Index<json::Accessor> {
+        let view = self.view(bytes, None);
+        self.access(view, component, kind, count)
+    }
+
+    fn access(
+        &mut self,
+        view: Index<json::buffer::View>,
+        component: ComponentType,
+        kind: Type,
+        count: usize,
+    ) -> Index<json::Accessor> {
         self.root.push(json::Accessor {
             buffer_view: Some(view),
             byte_offset: None,
