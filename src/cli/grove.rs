@@ -3,20 +3,23 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Arg, ArgMatches, Command, value_parser};
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use indicatif::ProgressBar;
 
 use crate::gpu::Gpu;
 use crate::grove::drive::{self, FollowParams, Grove};
 use crate::grove::record::{Recorder, Setting};
 use crate::grove::scene::{PRESETS, SpeciesEntry, lay_out, preset};
-use crate::grove::{Scene, SceneFile, stock};
+use crate::grove::stock::{self, Stock};
+use crate::grove::{Scene, SceneFile};
 use crate::raster::{PngEffort, png_with};
 use crate::render::{CullParams, Renderer};
 use crate::repr::SoftwareCapture;
 use crate::{Result, files};
 
 use super::batch::{progress_bar, text_of};
+use super::walk::{self, Walk};
+use super::window::{self, Opening};
 use super::{Outcome, look, options, say, subject};
 
 /// The command's arguments.
@@ -38,7 +41,18 @@ pub fn command() -> Command {
         .arg(text("path", "WHICH").help("tour, orbit, or a file with a line t,ex,ey,ez,tx,ty,tz for each key"))
         .arg(text("frames", "N").value_parser(value_parser!(u32)).help("Frames along the path"))
         .arg(text("size", "WxH").help("Size of the picture in pixels"))
-        .arg(file("out", "DIR").required(true).help("Folder for frames.csv, summary.json, plots and pictures"))
+        .arg(
+            file("out", "DIR")
+                .required_unless_present("interactive")
+                .help("Folder for frames.csv, summary.json, plots and pictures; with --interactive for those that the key c saves"),
+        )
+        .arg(
+            Arg::new("interactive")
+                .long("interactive")
+                .action(ArgAction::SetTrue)
+                .help("Open the scene in a window instead: fly, switch the method live, freeze culling, colour by level"),
+        )
+        .arg(window::seconds().requires("interactive"))
         .arg(
             text("pictures", "N")
                 .value_parser(value_parser!(u32).range(0..=100))
@@ -47,27 +61,22 @@ pub fn command() -> Command {
         );
     let command = options::add::<CullParams>(command, "Culling and drawing");
     look::add_adapter(options::add::<FollowParams>(command, "Levels of detail"))
+        .after_help(format!("With --interactive. {}", window::keys::help(walk::KEYS)))
 }
 
 /// Runs it.
 pub fn run(matches: &ArgMatches) -> Outcome {
     let file = scene_file(matches)?;
     let (cull, follow): (CullParams, FollowParams) = (options::read(matches)?, options::read(matches)?);
+    if matches.get_flag("interactive") {
+        return interactive(matches, &file, cull, follow);
+    }
     let out = matches.get_one::<PathBuf>("out").expect("clap requires it");
     let pictures = *matches.get_one::<u32>("pictures").expect("clap gives the default");
     let mut renderer = Renderer::new(Gpu::open(&look::adapter(matches))?)?;
     let _folder = files::ready_folder(out)?;
-    let spinner = subject::spinner("growing species".to_owned());
-    let stock = stock::stock(&file.species, &file.method, &SoftwareCapture::new(), &|name| {
-        spinner.set_message(format!("{name}: growing and building"));
-    })?;
-    stock.iter().for_each(|stock| subject::warn(&stock.size.name, &stock.warnings));
-    let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
-    let scene = lay_out(&file, &sizes, &mut |what| spinner.set_message(what.to_owned()))?;
-    spinner.set_message("planting");
+    let (scene, stock) = planted(&file)?;
     let mut grove = Grove::plant(&renderer, &scene, &stock)?;
-    spinner.finish_and_clear();
-    subject::warn("scene", &scene.warnings);
     let info = &renderer.gpu.info;
     let setting = Setting {
         adapter: format!("{}, {} {}", info.name, info.driver, info.driver_info),
@@ -91,6 +100,32 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     write_pictures(&mut renderer, &mut grove, &scene, (&cull, &follow), (out, pictures))?;
     say::out(&summary);
     say::out(&text_of(&out.join("summary.json")));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The scene laid out, and the trees that it is planted with; what a user should know of them is said.
+fn planted(file: &SceneFile) -> Result<(Scene, Vec<Stock>)> {
+    let spinner = subject::spinner("growing species".to_owned());
+    let stock = stock::stock(&file.species, &file.method, &SoftwareCapture::new(), &|name| {
+        spinner.set_message(format!("{name}: growing and building"));
+    })?;
+    stock.iter().for_each(|stock| subject::warn(&stock.size.name, &stock.warnings));
+    let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
+    let scene = lay_out(file, &sizes, &mut |what| spinner.set_message(what.to_owned()))?;
+    spinner.finish_and_clear();
+    subject::warn("scene", &scene.warnings);
+    Ok((scene, stock))
+}
+
+/// The scene in a window, until that is closed.
+fn interactive(matches: &ArgMatches, file: &SceneFile, cull: CullParams, follow: FollowParams) -> Outcome {
+    let seconds = window::seconds_of(matches)?;
+    let screenshots = matches.get_one::<PathBuf>("out").cloned().unwrap_or_else(|| ".".into());
+    let _folder = files::ready_folder(&screenshots)?;
+    let events = window::events()?;
+    let (scene, stock) = planted(file)?;
+    let opening = Opening { size_px: file.size_px, adapter: look::adapter(matches), screenshots, seconds };
+    window::run(events, opening, Walk::new(scene, stock, cull, follow))?;
     Ok(ExitCode::SUCCESS)
 }
 
