@@ -123,9 +123,10 @@ fn interactive(matches: &ArgMatches, file: &SceneFile, cull: CullParams, follow:
     let screenshots = matches.get_one::<PathBuf>("out").cloned().unwrap_or_else(|| ".".into());
     let _folder = files::ready_folder(&screenshots)?;
     let events = window::events()?;
+    let watch = walk::Watch::new(file);
     let (scene, stock) = planted(file)?;
     let opening = Opening { size_px: file.size_px, adapter: look::adapter(matches), screenshots, seconds };
-    window::run(events, opening, Walk::new(scene, stock, cull, follow))?;
+    window::run(events, opening, Walk::new(scene, (stock, watch), cull, follow))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -50,6 +50,11 @@ impl Content for Row {
         self.state.act(action)
     }
 
+    fn repeats(action: Action) -> bool {
+        use Action::{Approach, Lift, LiftSun, Sidestep, Turn, TurnSun, Wind};
+        matches!(action, Approach(_) | Lift(_) | LiftSun(_) | Sidestep(_) | Turn(_) | TurnSun(_) | Wind(_))
+    }
+
     fn drag(&mut self, right_px: f64, down_px: f64) {
         // A third of a degree per pixel: a hand's width turns the tree half round.
         let radians = |px: f64| (px / 3.0).to_radians() as f32;

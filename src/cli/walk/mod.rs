@@ -22,7 +22,8 @@ use crate::render::{Camera, Counted, CullParams, LevelViewer, Renderer, Shot, Sh
 use flight::Flight;
 use keys::Action;
 pub use keys::KEYS;
-use nursery::{Grown, Nursery, Order, Watch};
+pub use nursery::Watch;
+use nursery::{Grown, Nursery, Order};
 
 /// Species that the text has lines for.
 const MOST_LINES: usize = 6;
@@ -79,15 +80,15 @@ struct Seen {
 }
 
 impl Walk {
-    /// Through that scene, planted with these trees.
-    pub fn new(scene: Scene, stock: Vec<Stock>, cull: CullParams, follow: FollowParams) -> Self {
+    /// Through that scene, planted with these trees, whose files are watched.
+    pub fn new(scene: Scene, (stock, watch): (Vec<Stock>, Watch), cull: CullParams, follow: FollowParams) -> Self {
         let file = &scene.file;
         Self {
             flight: Flight::new(&scene.path, file.camera.camera_speed_m_s as f32),
             methods: nursery::methods(file),
             method: file.method.clone(),
             asked: (file.method.clone(), false),
-            watch: Watch::new(file),
+            watch,
             scene,
             stock,
             cull,
@@ -234,7 +235,11 @@ impl Walk {
             Some(nursery) if nursery.order().method == self.method => {
                 Some(format!("reading anew: {}, {} s", self.names(&nursery.order().species), self.told_s))
             }
-            Some(nursery) => Some(format!("building {}, {} s", nursery.order().method, self.told_s)),
+            Some(nursery) => {
+                let building = &nursery.order().method;
+                let then = if *building == self.asked.0 { String::new() } else { format!("; then {}", self.asked.0) };
+                Some(format!("building {building}, {} s{then}", self.told_s))
+            }
             None => Some(self.notice.clone()).filter(|notice| !notice.is_empty()),
         }
     }

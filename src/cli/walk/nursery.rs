@@ -115,7 +115,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Watches those of the species that are files.
+    /// Watches those of the species that are files; from before they are read, so that no replacement is missed.
     pub fn new(file: &SceneFile) -> Self {
         let watched = file.species.iter().enumerate().filter(|(_, entry)| preset(&entry.source).is_none());
         let files = watched.map(|(number, entry)| (number, entry.source.clone(), stamp(&entry.source))).collect();

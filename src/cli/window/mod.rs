@@ -45,6 +45,11 @@ pub trait Content {
     /// Does what a key says; `shift` is held with it.
     fn act(&mut self, action: Self::Action, shift: bool) -> Request;
 
+    /// Whether a key that is held does so again and again, as the keyboard repeats it.
+    fn repeats(_action: Self::Action) -> bool {
+        false
+    }
+
     /// A key is let go; `None` for all of them.
     fn let_go(&mut self, _action: Option<Self::Action>) {}
 
@@ -297,6 +302,9 @@ impl<C: Content> App<C> {
         let Some(action) = keys::action_of(C::KEYS, &event.logical_key) else { return };
         if event.state == ElementState::Released {
             return self.content.let_go(Some(action));
+        }
+        if event.repeat && !C::repeats(action) {
+            return;
         }
         let done = match self.content.act(action, self.shift) {
             Request::Redraw => Ok(()),
