@@ -164,8 +164,12 @@ fn trees(title: &str) -> usize {
 fn a_grove_is_flown_through_its_method_switched_and_its_culling_frozen() {
     let Some(screen) = Screen::or_skip() else { return };
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
-    let scene = ["grove", "--preset", "she-540", "--trees", "30", "--method", "billboard", "--size", "320x180", "--interactive"];
-    let (mut program, window) = screen.run(&scene, "--out", folder.path());
+    // Northwards over the northern half, so that whenever the path is left there are trees behind.
+    let path = folder.path().join("north.csv");
+    std::fs::write(&path, "t,ex,ey,ez,tx,ty,tz\n0,0,30,0,0,20,-50\n20,0,30,-10,0,20,-60\n").unwrap();
+    let scene = ["--preset", "she-540", "--trees", "30", "--method", "billboard", "--path", path.to_str().unwrap()];
+    let arguments = [&["grove", "--size", "320x180", "--interactive"], &scene[..]].concat();
+    let (mut program, window) = screen.run(&arguments, "--out", folder.path());
     let mut taken = 0;
     let mut picture = || {
         taken += 1;
@@ -192,7 +196,7 @@ fn a_grove_is_flown_through_its_method_switched_and_its_culling_frozen() {
     let frozen = trees(&screen.title_with(&window, "culling frozen"));
     assert!(frozen < 30, "some trees are out of the picture");
     assert!(picture() == before, "frozen culling looks the same from where it was frozen");
-    (0..8).for_each(|_| screen.press("shift+s"));
+    (0..12).for_each(|_| screen.press("shift+s"));
     screen.press("shift+e");
     let outside = picture();
     assert_eq!(trees(&screen.title_with(&window, "culling frozen")), frozen, "frozen culling does not follow the camera");
