@@ -1,4 +1,5 @@
-//! The window under Xvfb: opened, driven by real key presses, its pictures looked at, resized, hidden, closed.
+//! The windows of `view` and `grove --interactive` under Xvfb: opened, driven by real key presses, their pictures looked at, resized, hidden,
+//! closed.
 
 mod common;
 
@@ -35,6 +36,52 @@ impl Screen {
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     }
 
+    /// A screen, unless something is lacking for it, which is then said.
+    fn or_skip() -> Option<Self> {
+        software_gpu()?;
+        let Some(screen) = Self::open() else {
+            skip("no Xvfb");
+            return None;
+        };
+        if screen.tell(&["version"]).is_none() {
+            skip("no xdotool");
+            return None;
+        }
+        Some(screen)
+    }
+
+    /// Runs the program with these arguments until its window has the keyboard; gives both.
+    fn run(&self, arguments: &[&str], screenshots: &str, folder: &Path) -> (Child, String) {
+        let program = Command::new(env!("CARGO_BIN_EXE_sphereboard"))
+            .args(arguments)
+            .args(["--adapter", "software", "--seconds", "300", screenshots])
+            .arg(folder)
+            .env("DISPLAY", &self.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(Stdio::inherit())
+            .spawn()
+            .unwrap();
+        let window = wait_for("the window", || self.tell(&["search", "--name", "ms a frame"]).filter(|id| !id.is_empty()));
+        self.tell(&["windowfocus", "--sync", &window]).expect("the window takes the focus");
+        (program, window)
+    }
+
+    /// Makes it small, low, larger, hides it and shows it again.
+    fn resize_and_hide(&self, window: &str) {
+        for size in [["1", "1"], ["500", "30"], ["400", "300"]] {
+            self.tell(&["windowsize", window, size[0], size[1]]).expect("the window can be resized");
+            std::thread::sleep(Duration::from_millis(200));
+        }
+        self.tell(&["windowunmap", window]).expect("the window can be hidden");
+        self.tell(&["windowmap", "--sync", window]).expect("the window can be shown again");
+        self.tell(&["windowfocus", "--sync", window]).expect("the window takes the focus again");
+    }
+
+    /// Waits until the window's title has `words` in it, and gives it.
+    fn title_with(&self, window: &str, words: &str) -> String {
+        wait_for(words, || self.tell(&["getwindowname", window]).filter(|title| title.contains(words)))
+    }
+
     fn press(&self, key: &str) {
         self.tell(&["key", key]).unwrap_or_else(|| panic!("xdotool cannot press {key}"));
     }
@@ -49,11 +96,11 @@ impl Drop for Screen {
 
 /// Tries until `ready` gives something.
 fn wait_for<T>(what: &str, mut ready: impl FnMut() -> Option<T>) -> T {
-    let end = Instant::now() + Duration::from_secs(60);
+    let end = Instant::now() + Duration::from_secs(120);
     loop {
         match ready() {
             Some(found) => return found,
-            None => assert!(Instant::now() < end, "{what} did not come within a minute"),
+            None => assert!(Instant::now() < end, "{what} did not come within two minutes"),
         }
         std::thread::sleep(Duration::from_millis(50));
     }
@@ -66,36 +113,21 @@ fn screenshot(folder: &Path, number: usize) -> RgbaImage {
     image::open(path).unwrap().into_rgba8()
 }
 
-/// A model of our own sample.
-fn model(folder: &Path) -> PathBuf {
-    let photo = Path::new(env!("CARGO_MANIFEST_DIR")).join("photos/oak.jpg");
+/// A model of one of our own samples.
+fn model(name: &str, folder: &Path) -> PathBuf {
+    let photo = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("photos/{name}.jpg"));
     let made = Command::new(env!("CARGO_BIN_EXE_sphereboard")).arg("model").arg(photo).arg("--out").arg(folder).status().unwrap();
     assert!(made.success());
-    folder.join("oak.glb")
+    folder.join(format!("{name}.glb"))
 }
 
 #[test]
 fn a_window_opens_follows_the_keys_saves_pictures_and_closes() {
-    if software_gpu().is_none() {
-        return;
-    }
-    let Some(screen) = Screen::open() else { return skip("no Xvfb") };
-    if screen.tell(&["version"]).is_none() {
-        return skip("no xdotool");
-    }
+    let Some(screen) = Screen::or_skip() else { return };
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
-    let mut viewer = Command::new(env!("CARGO_BIN_EXE_sphereboard"))
-        .arg("view")
-        .arg(model(folder.path()))
-        .args(["--adapter", "software", "--size", "320x240", "--seconds", "120", "--screenshots"])
-        .arg(folder.path())
-        .env("DISPLAY", &screen.display)
-        .env_remove("WAYLAND_DISPLAY")
-        .stderr(Stdio::inherit())
-        .spawn()
-        .unwrap();
-    let window = wait_for("the window", || screen.tell(&["search", "--name", "ms a frame"]).filter(|id| !id.is_empty()));
-    screen.tell(&["windowfocus", "--sync", &window]).expect("the window takes the focus");
+    let tree = model("oak", folder.path());
+    let arguments = ["view", tree.to_str().unwrap(), "--size", "320x240"];
+    let (mut viewer, window) = screen.run(&arguments, "--screenshots", folder.path());
 
     screen.press("p");
     let first = screenshot(folder.path(), 1);
@@ -112,13 +144,7 @@ fn a_window_opens_follows_the_keys_saves_pictures_and_closes() {
         before = after;
     }
 
-    for size in [["1", "1"], ["500", "30"], ["400", "300"]] {
-        screen.tell(&["windowsize", &window, size[0], size[1]]).expect("the window can be resized");
-        std::thread::sleep(Duration::from_millis(200));
-    }
-    screen.tell(&["windowunmap", &window]).expect("the window can be hidden");
-    screen.tell(&["windowmap", "--sync", &window]).expect("the window can be shown again");
-    screen.tell(&["windowfocus", "--sync", &window]).expect("the window takes the focus again");
+    screen.resize_and_hide(&window);
     screen.press("p");
     assert_eq!(screenshot(folder.path(), 10).dimensions(), (400, 300), "pictures follow the window's size");
 
@@ -127,17 +153,117 @@ fn a_window_opens_follows_the_keys_saves_pictures_and_closes() {
     assert!(status.success(), "{status}");
 }
 
+/// How many trees a grove's title says are in the picture.
+fn trees(title: &str) -> usize {
+    let words: Vec<&str> = title.split(' ').collect();
+    let of = words.windows(4).position(|four| four[1] == "of" && four[3] == "trees").expect("the title counts trees");
+    words[of].parse().unwrap()
+}
+
+#[test]
+fn a_grove_is_flown_through_its_method_switched_and_its_culling_frozen() {
+    let Some(screen) = Screen::or_skip() else { return };
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    // Northwards over the northern half, so that whenever the path is left there are trees behind.
+    let path = folder.path().join("north.csv");
+    std::fs::write(&path, "t,ex,ey,ez,tx,ty,tz\n0,0,30,0,0,20,-50\n20,0,30,-10,0,20,-60\n").unwrap();
+    let scene = ["--preset", "she-540", "--trees", "30", "--method", "billboard", "--path", path.to_str().unwrap()];
+    let arguments = [&["grove", "--size", "320x180", "--interactive"], &scene[..]].concat();
+    let (mut program, window) = screen.run(&arguments, "--out", folder.path());
+    let mut taken = 0;
+    let mut picture = || {
+        taken += 1;
+        screen.press("c");
+        screenshot(folder.path(), taken)
+    };
+
+    screen.title_with(&window, "following the path");
+    assert!(picture() != picture(), "the path is followed");
+    screen.press("p");
+    screen.title_with(&window, "flying");
+    let mut before = picture();
+    assert_eq!(before.dimensions(), (320, 180));
+    assert!(picture() == before, "nobody moves");
+    // Each key must change the picture: forward, sideways, down, faster up; levels, normals, edges, and as it was.
+    for key in ["w", "Left", "q", "shift+e", "l", "n", "o", "o"] {
+        screen.press(key);
+        let after = picture();
+        assert!(after != before, "{key} changes nothing");
+        before = after;
+    }
+
+    screen.press("f");
+    let frozen = trees(&screen.title_with(&window, "culling frozen"));
+    assert!(frozen < 30, "some trees are out of the picture");
+    assert!(picture() == before, "frozen culling looks the same from where it was frozen");
+    (0..12).for_each(|_| screen.press("shift+s"));
+    screen.press("shift+e");
+    let outside = picture();
+    assert_eq!(trees(&screen.title_with(&window, "culling frozen")), frozen, "frozen culling does not follow the camera");
+    screen.press("f");
+    assert!(picture() != outside, "trees come back");
+    wait_for("more trees", || (trees(&screen.tell(&["getwindowname", &window])?) > frozen).then_some(()));
+
+    let billboards = picture();
+    screen.press("m");
+    screen.title_with(&window, "; crossed-planes; flying");
+    assert!(picture() != billboards, "another method looks different");
+    screen.press("shift+m");
+    screen.title_with(&window, "building billboard");
+    screen.title_with(&window, "; billboard; flying");
+    assert!(picture() == billboards, "and back");
+    screen.press("p");
+    screen.title_with(&window, "following the path");
+
+    screen.resize_and_hide(&window);
+    wait_for("a picture of the new size", || (picture().dimensions() == (400, 300)).then_some(()));
+    screen.press("Escape");
+    let status = wait_for("the end", || program.try_wait().unwrap());
+    assert!(status.success(), "{status}");
+}
+
+#[test]
+fn a_species_file_that_is_replaced_is_read_anew_and_a_damaged_one_is_not() {
+    let Some(screen) = Screen::or_skip() else { return };
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let [oak, other] = ["oak", "juniper"].map(|name| std::fs::read(model(name, folder.path())).unwrap());
+    let species = folder.path().join("tree.glb");
+    std::fs::write(&species, &oak).unwrap();
+    let planted = ["grove", "--trees", "20", "--species", species.to_str().unwrap(), "--size", "320x180", "--interactive"];
+    let (mut program, window) = screen.run(&planted, "--out", folder.path());
+    screen.press("p");
+    screen.title_with(&window, "flying");
+    screen.press("c");
+    let before = screenshot(folder.path(), 1);
+
+    std::fs::write(&species, &other[..other.len() / 2]).unwrap();
+    screen.title_with(&window, "the old tree stays");
+    screen.press("c");
+    assert!(screenshot(folder.path(), 2) == before, "half a file changes nothing");
+    std::fs::write(&species, &other).unwrap();
+    screen.title_with(&window, "read anew");
+    screen.press("c");
+    assert!(screenshot(folder.path(), 3) != before, "another tree stands there");
+    std::fs::remove_file(&species).unwrap();
+    screen.press("Escape");
+    let status = wait_for("the end", || program.try_wait().unwrap());
+    assert!(status.success(), "{status}");
+}
+
 #[test]
 fn without_a_screen_the_message_says_what_to_do() {
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_sphereboard"))
-        .arg("view")
-        .arg(model(folder.path()))
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .output()
-        .unwrap();
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(message.contains("a window cannot be opened") && message.contains("sphereboard render"), "{message}");
-    assert_eq!(output.status.code(), Some(2));
+    let tree = model("oak", folder.path());
+    for arguments in [&["view", tree.to_str().unwrap()][..], &["grove", "--interactive"]] {
+        let output = Command::new(env!("CARGO_BIN_EXE_sphereboard"))
+            .args(arguments)
+            .current_dir(folder.path())
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY")
+            .output()
+            .unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(message.contains("a window cannot be opened") && message.contains("sphereboard render"), "{message}");
+        assert_eq!(output.status.code(), Some(2));
+    }
 }

@@ -34,6 +34,7 @@ struct Frame {
 // Values of shading.
 const LIT: u32 = {LIT};
 const NORMALS: u32 = {NORMALS};
+const LEVELS: u32 = {LEVELS};
 
 // Storage, here and in every other shader, not uniform: where a branch asks for a uniform, Mesa's software driver (22.3) makes the shader
 // anew in every frame, and keeps the old ones, a megabyte each.

@@ -110,10 +110,21 @@ fn lit(albedo: vec3f, world: vec3f, n: vec3f, from_center: vec3f, tree: vec4f, l
     return held(through_air(color, eye_of(world), world));
 }
 
-// What is shown of a point: its colour, the same in light, or which way it faces.
+// A hue for the distance from which on a part is seen, in heights of its tree: white where it is seen from the nearest on, round the circle
+// once in five octaves.
+fn level_hue() -> vec3f {
+    let turn = log2(max(presence.appears.y, 1e-3)) / 5.0;
+    let hue = saturate(abs(fract(vec3f(turn, turn + 2.0 / 3.0, turn + 1.0 / 3.0)) * 6.0 - 3.0) - 1.0);
+    return select(hue, vec3f(1.0), presence.appears.y <= 0.0);
+}
+
+// What is shown of a point: its colour, the same in light or with its level's hue, or which way it faces.
 fn shown(albedo: vec3f, world: vec3f, n: vec3f, from_center: vec3f, tree: vec4f, leaf: f32) -> vec4f {
     if SHADING == LIT {
         return vec4f(lit(albedo, world, n, from_center, tree, leaf), 1.0);
+    }
+    if SHADING == LEVELS {
+        return vec4f(mix(2.0 * albedo, level_hue(), 0.5), 1.0);
     }
     return vec4f(select(albedo, 0.5 + 0.5 * n, SHADING == NORMALS), 1.0);
 }

@@ -21,16 +21,19 @@ use crate::repr::SoftwareCapture;
 use crate::{Result, Seed, Warning, files};
 
 use super::batch::{progress_bar, text_of};
+use super::walk::{self, Walk};
+use super::window::{self, Opening};
 use super::{Outcome, look, options, say, scenes, subject};
 
 /// The command's arguments.
 pub fn command() -> Command {
     let text = |name: &'static str, value: &'static str| Arg::new(name).long(name).value_name(value);
     let file = |name: &'static str, value: &'static str| text(name, value).value_parser(value_parser!(PathBuf));
+    let keys = format!("With --interactive. {}", window::keys::help(walk::KEYS));
     let command = Command::new("grove")
         .about("Thousands of trees on a terrain: drive through them and see what a frame costs")
-        .after_help(scenes::short_help())
-        .after_long_help(scenes::help())
+        .after_help(format!("{}\n\n{keys}", scenes::short_help()))
+        .after_long_help(format!("{}\n\n{keys}", scenes::help()))
         .arg(
             Arg::new("scene")
                 .value_name("SCENE.toml")
@@ -54,7 +57,18 @@ pub fn command() -> Command {
         .arg(text("path", "WHICH").help("tour, orbit, or a file with a line t,ex,ey,ez,tx,ty,tz for each key"))
         .arg(text("frames", "N").value_parser(value_parser!(u32)).help("Frames along the path"))
         .arg(text("size", "WxH").help("Size of the picture in pixels"))
-        .arg(file("out", "DIR").required(true).help("Folder for frames.csv, summary.json, plots and pictures"))
+        .arg(
+            file("out", "DIR")
+                .required_unless_present("interactive")
+                .help("Folder for frames.csv, summary.json, plots and pictures; with --interactive for those that the key c saves"),
+        )
+        .arg(
+            Arg::new("interactive")
+                .long("interactive")
+                .action(ArgAction::SetTrue)
+                .help("Open the scene in a window instead: fly, switch the method live, freeze culling, colour by level"),
+        )
+        .arg(window::seconds().requires("interactive"))
         .arg(
             text("pictures", "N")
                 .value_parser(value_parser!(u32).range(0..=100))
@@ -100,31 +114,20 @@ fn add_exchange(command: Command) -> Command {
 pub fn run(matches: &ArgMatches) -> Outcome {
     let file = scene_file(matches)?;
     let (cull, follow): (CullParams, FollowParams) = (options::read(matches)?, options::read(matches)?);
+    if matches.get_flag("interactive") {
+        return interactive(matches, &file, cull, follow);
+    }
     let out = matches.get_one::<PathBuf>("out").expect("clap requires it");
     let pictures = *matches.get_one::<u32>("pictures").expect("clap gives the default");
     let video = matches.get_flag("video");
     let mut renderer = Renderer::new(Gpu::open(&look::adapter(matches))?)?;
     let _folder = files::ready_folder(out)?;
-    let spinner = subject::spinner("growing species".to_owned());
-    let mut watch = Watch(Instant::now());
     let mut started = Started::default();
-    let stock = match matches.get_one::<PathBuf>("photos") {
-        Some(folder) => model_photos(folder, &file)?,
-        None => stock::stock(&file.species, &file.method, &SoftwareCapture::new(), &|name| {
-            spinner.set_message(format!("{name}: growing and building"));
-        })?,
-    };
-    started.species_ms = watch.lap_ms();
-    stock.iter().for_each(|stock| subject::warn(&stock.size.name, &stock.warnings));
-    let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
-    let scene = lay_out(&file, &sizes, &mut |what| spinner.set_message(what.to_owned()))?;
-    started.places_ms = watch.lap_ms();
+    let (scene, stock) = planted(matches, &file, &mut started)?;
     write_export(matches, &scene, &stock)?;
-    spinner.set_message("planting");
+    let mut watch = Watch(Instant::now());
     let mut grove = Grove::plant(&renderer, &scene, &stock)?;
     started.device_ms = watch.lap_ms();
-    spinner.finish_and_clear();
-    subject::warn("scene", &scene.warnings);
     let info = &renderer.gpu.info;
     let setting = Setting {
         adapter: format!("{}, {} {}", info.name, info.driver, info.driver_info),
@@ -162,6 +165,39 @@ impl Watch {
     fn lap_ms(&mut self) -> f64 {
         std::mem::replace(&mut self.0, Instant::now()).elapsed().as_secs_f64() * 1e3
     }
+}
+
+/// The scene laid out, and the trees that it is planted with; what a user should know of them is said.
+fn planted(matches: &ArgMatches, file: &SceneFile, started: &mut Started) -> Result<(Scene, Vec<Stock>)> {
+    let spinner = subject::spinner("growing species".to_owned());
+    let mut watch = Watch(Instant::now());
+    let stock = match matches.get_one::<PathBuf>("photos") {
+        Some(folder) => model_photos(folder, file)?,
+        None => stock::stock(&file.species, &file.method, &SoftwareCapture::new(), &|name| {
+            spinner.set_message(format!("{name}: growing and building"));
+        })?,
+    };
+    started.species_ms = watch.lap_ms();
+    stock.iter().for_each(|stock| subject::warn(&stock.size.name, &stock.warnings));
+    let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
+    let scene = lay_out(file, &sizes, &mut |what| spinner.set_message(what.to_owned()))?;
+    started.places_ms = watch.lap_ms();
+    spinner.finish_and_clear();
+    subject::warn("scene", &scene.warnings);
+    Ok((scene, stock))
+}
+
+/// The scene in a window, until that is closed.
+fn interactive(matches: &ArgMatches, file: &SceneFile, cull: CullParams, follow: FollowParams) -> Outcome {
+    let seconds = window::seconds_of(matches)?;
+    let screenshots = matches.get_one::<PathBuf>("out").cloned().unwrap_or_else(|| ".".into());
+    let _folder = files::ready_folder(&screenshots)?;
+    let events = window::events()?;
+    let watch = walk::Watch::new(file);
+    let (scene, stock) = planted(matches, file, &mut Started::default())?;
+    let opening = Opening { size_px: file.size_px, adapter: look::adapter(matches), screenshots, seconds };
+    window::run(events, opening, Walk::new(scene, (stock, watch), cull, follow))?;
+    Ok(ExitCode::SUCCESS)
 }
 
 /// The scene that was asked for, with what was asked instead of its own.

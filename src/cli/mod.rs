@@ -23,6 +23,8 @@ mod segment;
 mod subject;
 mod usage;
 mod view;
+mod walk;
+mod window;
 
 use std::ffi::OsStr;
 use std::process::ExitCode;

@@ -6,6 +6,7 @@ use bytemuck::{Pod, Zeroable};
 pub const SHARED_NUMBERS: &[(&str, u32)] = &[
     ("LIT", Frame::LIT),
     ("NORMALS", Frame::NORMALS),
+    ("LEVELS", Frame::LEVELS),
     ("SKY", Frame::SKY),
     ("TILE_PX", TILE_PX),
     ("PLACE_BITS", PLACE_BITS),
@@ -60,7 +61,7 @@ pub struct Frame {
     pub time_s: f32,
     /// Towards the sun, unit length.
     pub toward_sun: [f32; 3],
-    /// What surfaces show: [`Frame::BASE_COLOR`], [`Frame::LIT`] or [`Frame::NORMALS`].
+    /// What surfaces show: [`Frame::BASE_COLOR`], [`Frame::LIT`], [`Frame::NORMALS`] or [`Frame::LEVELS`].
     pub shading: u32,
     /// Sunlight on a face turned to it, linear.
     pub sun_color: [f32; 3],
@@ -106,6 +107,8 @@ impl Frame {
     pub const LIT: u32 = 1;
     /// Which way they face: red right, green up, blue towards +Z.
     pub const NORMALS: u32 = 2;
+    /// Their colours mixed with a hue for the distance from which on they are seen.
+    pub const LEVELS: u32 = 3;
     /// The [`Background`](crate::render::Background) with air to see through.
     pub const SKY: u32 = 0;
 }

@@ -8,9 +8,10 @@ use super::stock::Stock;
 use crate::Result;
 use crate::gpu::layout::Placed;
 use crate::render::{
-    Background, Camera, Counted, Crowd, CullParams, LevelViewer, LightParams, Picture, Renderer, Shot, Terrain, WindParams, World,
+    Background, Camera, Counted, Crowd, CullParams, LevelViewer, LightParams, Picture, Renderer, Shot, Terrain, Tree, WindParams,
+    World,
 };
-use crate::repr::Level;
+use crate::repr::{Level, Seen};
 
 crate::params! {
     /// How levels of detail follow the camera.
@@ -40,14 +41,7 @@ impl Grove {
     /// [`Error::Device`](crate::Error::Device) when it does not fit.
     pub fn plant(renderer: &Renderer, scene: &Scene, stock: &[Stock]) -> Result<Self> {
         let trees = stock.iter().map(|stock| renderer.upload_built(&stock.built)).collect::<Result<Vec<_>>>()?;
-        let levels = trees.iter().zip(stock).map(|(tree, stock)| {
-            let of_level = |level: &Level| {
-                let there = |(_, seen): &(usize, &crate::repr::Seen)| seen.share_at(level.distance) >= 1.0;
-                (level.clone(), tree.groups().iter().enumerate().filter(there).map(|(group, _)| group).collect())
-            };
-            stock.built.levels.iter().map(of_level).collect()
-        });
-        let levels = levels.collect();
+        let levels = trees.iter().zip(stock).map(|(tree, stock)| levels_of(tree, &stock.built.levels)).collect();
         let place =
             |planted: &super::Planted| (planted.species, Placed::new(planted.position.to_array(), planted.yaw_rad, planted.scale));
         let placed: Vec<_> = scene.planted.iter().map(place).collect();
@@ -77,6 +71,19 @@ impl Grove {
     pub fn world<'a>(&'a mut self, cull: &CullParams, frozen: Option<Camera>) -> World<'a> {
         World { stands: &[], crowd: Some(&mut self.crowd), ground: Some(&self.ground), cull: cull.clone(), frozen }
     }
+}
+
+/// The groups of a tree by which each of its levels is known: those seen wholly there that the fewest other levels show too, since a trunk
+/// may be seen at all of them.
+fn levels_of(tree: &Tree, levels: &[Level]) -> Vec<(Level, Vec<usize>)> {
+    let there = |seen: &Seen, level: &Level| seen.share_at(level.distance) >= 1.0;
+    let in_levels: Vec<usize> = tree.groups().iter().map(|seen| levels.iter().filter(|level| there(seen, level)).count()).collect();
+    let of_level = |level: &Level| {
+        let groups: Vec<usize> = (0..in_levels.len()).filter(|group| there(&tree.groups()[*group], level)).collect();
+        let fewest = groups.iter().map(|group| in_levels[*group]).min();
+        (level.clone(), groups.into_iter().filter(|group| Some(in_levels[*group]) == fewest).collect())
+    };
+    levels.iter().map(of_level).collect()
 }
 
 /// The point from which distances are told: it trails the camera.

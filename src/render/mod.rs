@@ -118,6 +118,8 @@ crate::choices! {
         Wireframe = "wireframe",
         /// Which way they face: red right, green up, blue towards +Z.
         Normals = "normals",
+        /// From which distance on they are seen, as a hue: white from the nearest, then an octave of distance after the other.
+        Levels = "levels",
     }
 }
 
@@ -179,6 +181,7 @@ impl Shot {
     fn shading(&self) -> u32 {
         match (self.show, self.stage) {
             (Show::Normals, _) => layout::Frame::NORMALS,
+            (Show::Levels, _) => layout::Frame::LEVELS,
             (_, Stage::Lit) => layout::Frame::LIT,
             _ => layout::Frame::BASE_COLOR,
         }

@@ -1,7 +1,8 @@
-//! The keys of the window: one table drives handling, the text on the screen and the command's help.
+//! The keys of `view`.
 
 use winit::keyboard::{Key, NamedKey};
 
+use crate::cli::window::keys::{Binding, row};
 use crate::render::{Show, Stage};
 
 /// What a key does.
@@ -41,24 +42,8 @@ pub enum Action {
     Quit,
 }
 
-/// A key, its name for people, what it does, and that in words.
-pub struct Binding {
-    /// As winit tells it, in lower case where it is a character.
-    pub key: Key<&'static str>,
-    /// What stands on it.
-    pub name: &'static str,
-    /// What it does.
-    pub action: Action,
-    /// In words; empty where the row above says it for both.
-    pub words: &'static str,
-}
-
-const fn row(key: Key<&'static str>, name: &'static str, action: Action, words: &'static str) -> Binding {
-    Binding { key, name, action, words }
-}
-
 /// All keys.
-pub const KEYS: &[Binding] = &[
+pub const KEYS: &[Binding<Action>] = &[
     row(Key::Character("1"), "1", Action::Stage(Stage::Unshaped), "surfaces as they are (She fig. 15b)"),
     row(Key::Character("2"), "2", Action::Stage(Stage::Reshaped), "grown outlines (fig. 15c)"),
     row(Key::Character("3"), "3", Action::Stage(Stage::Antialiased), "smoothed edges (fig. 15d)"),
@@ -66,6 +51,7 @@ pub const KEYS: &[Binding] = &[
     row(Key::Character("g"), "g", Action::Growth, "growth of outlines on or off"),
     row(Key::Character("f"), "f", Action::Show(Show::Wireframe), "wireframe on or off"),
     row(Key::Character("n"), "n", Action::Show(Show::Normals), "normals on or off"),
+    row(Key::Character("l"), "l", Action::Show(Show::Levels), "colours of levels of detail on or off"),
     row(Key::Named(NamedKey::ArrowLeft), "arrows", Action::Turn(-5.0), "turn and lift the view (or drag)"),
     row(Key::Named(NamedKey::ArrowRight), "", Action::Turn(5.0), ""),
     row(Key::Named(NamedKey::ArrowUp), "", Action::Lift(5.0), ""),
@@ -89,36 +75,10 @@ pub const KEYS: &[Binding] = &[
     row(Key::Named(NamedKey::Escape), "esc", Action::Quit, "close"),
 ];
 
-/// What that key does, if anything.
-pub fn action_of(key: &Key) -> Option<Action> {
-    let same = |binding: &&Binding| match (&binding.key, key) {
-        (Key::Character(ours), Key::Character(pressed)) => pressed.to_lowercase() == *ours,
-        (Key::Named(ours), Key::Named(pressed)) => ours == pressed,
-        _ => false,
-    };
-    KEYS.iter().find(same).map(|binding| binding.action)
-}
-
-/// The table in words, a line for each key or group of keys.
-pub fn lines() -> impl Iterator<Item = String> {
-    KEYS.iter().filter(|b| !b.name.is_empty()).map(|b| format!("{:8}{}", b.name, b.words))
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     #[test]
     fn no_two_rows_have_the_same_key_and_every_row_is_found() {
-        for (number, binding) in KEYS.iter().enumerate() {
-            assert!(KEYS[..number].iter().all(|other| other.key != binding.key), "{:?} twice", binding.key);
-            let pressed = match binding.key {
-                Key::Character(c) => Key::Character(c.to_uppercase().into()),
-                Key::Named(name) => Key::Named(name),
-                _ => panic!("neither character nor name"),
-            };
-            assert_eq!(action_of(&pressed), Some(binding.action));
-        }
-        assert_eq!(action_of(&Key::Character("§".into())), None);
+        crate::cli::window::keys::check(super::KEYS);
     }
 }

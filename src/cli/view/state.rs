@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::keys::Action;
 use crate::cli::look::{Look, Orbit, toward};
+use crate::cli::window::Request;
 use crate::render::{Background, Camera, GrowthChoice, Shot, Show, Stage};
 
 /// A person's eye above the ground, metres.
@@ -26,8 +27,6 @@ pub struct State {
     background: Background,
     grows: bool,
     wind_m_per_s: f64,
-    /// Whether the text is shown.
-    pub help: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -35,17 +34,6 @@ struct Walker {
     eye: Vec3,
     azimuth_rad: f32,
     elevation_rad: f32,
-}
-
-/// What is left to the window after a key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Request {
-    /// Nothing but a new frame.
-    Redraw,
-    /// A picture to be saved.
-    Screenshot,
-    /// The end.
-    Quit,
 }
 
 impl State {
@@ -56,7 +44,7 @@ impl State {
         let (stage, show, background) = (look.params.stage, look.params.show, look.params.background);
         let grows = look.growth.growth != GrowthChoice::None;
         let wind_m_per_s = look.wind.wind;
-        Self { home: orbit, orbit, walker: None, sun_deg, stage, show, background, grows, wind_m_per_s, help: true }
+        Self { home: orbit, orbit, walker: None, sun_deg, stage, show, background, grows, wind_m_per_s }
     }
 
     /// Does what a key says.
@@ -75,7 +63,7 @@ impl State {
             Action::Sidestep(steps) => self.sidestep(steps),
             Action::Walk => self.walk_or_orbit(),
             Action::Home => (self.orbit, self.walker) = (self.home, None),
-            Action::Help => self.help = !self.help,
+            Action::Help => return Request::Help,
             Action::Screenshot => return Request::Screenshot,
             Action::Quit => return Request::Quit,
         }
@@ -197,7 +185,6 @@ mod tests {
             background: Background::Sky,
             grows: true,
             wind_m_per_s: 0.0,
-            help: true,
         }
     }
 

@@ -1,10 +1,13 @@
-//! Text over the picture: white letters on a dark panel, from a bitmap font.
+//! Over the picture: white letters on a dark panel, from a bitmap font, and lines.
 
 use font8x8::UnicodeFonts;
+use glam::Vec2;
 use image::{Rgba, RgbaImage};
+use imageproc::drawing::draw_line_segment_mut;
 
 const PANEL: Rgba<u8> = Rgba([0, 0, 0, 150]);
 const LETTER: Rgba<u8> = Rgba([255, 255, 255, 255]);
+const STROKE: Rgba<u8> = Rgba([255, 214, 64, 255]);
 /// Between the panel's border and the letters, pixels of the font.
 const MARGIN: u32 = 4;
 /// From line to line, pixels of the font.
@@ -27,9 +30,40 @@ pub fn panel(lines: &[String], scale: u32) -> RgbaImage {
     image::imageops::resize(&small, width * scale, height * scale, image::imageops::FilterType::Nearest)
 }
 
+/// The panel with lines under it across a picture of that size, pixels from its top left corner; both may be missing.
+pub fn stroked(panel: Option<RgbaImage>, strokes: &[[Vec2; 2]], [width, height]: [u32; 2]) -> Option<RgbaImage> {
+    if strokes.is_empty() {
+        return panel;
+    }
+    let mut over = RgbaImage::new(width, height);
+    for [from, to] in strokes {
+        // Two pixels wide, whichever way it runs.
+        for aside in [Vec2::ZERO, Vec2::X, Vec2::Y] {
+            draw_line_segment_mut(&mut over, (*from + aside).into(), (*to + aside).into(), STROKE);
+        }
+    }
+    if let Some(panel) = panel {
+        image::imageops::replace(&mut over, &panel, 0, 0);
+    }
+    Some(over)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_run_under_the_text_and_out_of_the_picture() {
+        let text = panel(&["L".to_owned()], 1);
+        let stroke = [Vec2::new(0.0, 18.0), Vec2::new(300.0, 18.0)];
+        assert_eq!(stroked(None, &[], [64, 48]), None);
+        assert_eq!(stroked(Some(text.clone()), &[], [64, 48]), Some(text.clone()));
+        let over = stroked(Some(text.clone()), &[stroke, [Vec2::ZERO, Vec2::new(9.0, 9.0)]], [64, 48]).unwrap();
+        assert_eq!(over.dimensions(), (64, 48));
+        assert_eq!(over.get_pixel(63, 18), &STROKE);
+        assert_eq!(over.get_pixel(63, 30).0[3], 0, "the picture is seen where there is nothing");
+        assert_eq!(over.get_pixel(0, 0), &PANEL);
+    }
 
     #[test]
     fn letters_are_drawn_upright_and_from_left_to_right() {
