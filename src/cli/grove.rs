@@ -12,7 +12,7 @@ use crate::grove::drive::{self, FollowParams, Grove};
 use crate::grove::export::{self, ExportParams};
 use crate::grove::page::{self, Picture, Video};
 use crate::grove::record::{Recorder, Setting, Started};
-use crate::grove::scene::{PRESETS, SpeciesEntry, lay_out, preset};
+use crate::grove::scene::{PRESETS, SpeciesEntry, StageParams, lay_out, preset};
 use crate::grove::stock::{self, Stock};
 use crate::grove::{Scene, SceneFile, photos};
 use crate::raster::{FRAME_MS, PngEffort, png_with, webp};
@@ -80,6 +80,7 @@ pub fn command() -> Command {
         )));
     let command = options::add::<CullParams>(command, "Culling and drawing");
     let command = options::add::<FollowParams>(command, "Levels of detail");
+    let command = options::add::<StageParams>(command, "Light and air, instead of the scene's");
     look::add_adapter(add_exchange(command))
 }
 
@@ -226,6 +227,7 @@ fn scene_file(matches: &ArgMatches) -> Result<SceneFile> {
     if matches.contains_id("size") && text("size").is_some() {
         file.size_px = look::size_px(matches)?;
     }
+    file.stage = options::read_over(matches, file.stage)?;
     file.check()?;
     Ok(file)
 }

@@ -91,8 +91,8 @@ fn table_1(bench: &mut Bench) -> Result<Ours> {
         let of = |crown: bool, count: fn(&Part) -> usize| -> String {
             parts.iter().filter(|part| is_crown(part) == crown).map(|part| count(part)).sum::<usize>().to_string()
         };
-        let (triangles, quads): (fn(&Part) -> usize, fn(&Part) -> usize) =
-            (|part| part.surface.mesh.triangles.len(), |part| part.surface.mesh.quads.len());
+        let triangles = |part: &Part| part.surface.mesh.triangles.len();
+        let quads = |part: &Part| part.surface.mesh.quads.len();
         table.row([name.to_owned(), "triangles".to_owned(), of(true, triangles), of(false, triangles)]);
         table.row([name.to_owned(), "quadrilaterals".to_owned(), of(true, quads), of(false, quads)]);
     };
