@@ -94,6 +94,9 @@ struct Score {
     more: f64,
 }
 
+/// By preset and method: FLIP, bytes in all, bytes there, of each picture.
+type Results = BTreeMap<(String, String), Vec<(f64, usize, usize)>>;
+
 fn main() -> Result<()> {
     let asking = Asking::of(std::env::args().skip(1));
     let mut renderer = Renderer::new(Gpu::open(&AdapterChoice::Auto)?)?;
@@ -109,7 +112,7 @@ fn main() -> Result<()> {
         "preset,method,height_px,elevation_deg,flip,flip_p99,iou,area,delta_e,depth_pct,flip_outline_only,flip_tone_only,\
                      flip_mean_right,lighter,more,triangles,bytes_seen,bytes_all,build_ms\n"
             .to_owned();
-    let mut results: BTreeMap<(String, String), Vec<(f64, usize, usize)>> = BTreeMap::new();
+    let mut results = Results::new();
     for preset in &asking.presets {
         let (source, _) = TreeSource::open(preset, &Asked::default(), Seed(1))?;
         let stage = Stage { bounds: source.box_of_all()? };
@@ -198,7 +201,7 @@ fn build(method: &str, source: &TreeSource, settings: &[String]) -> Result<Built
 }
 
 /// Says how the sphere-board did on a preset: its mean FLIP, the others', and where which of them beats it.
-fn tell(preset: &str, methods: &[String], results: &BTreeMap<(String, String), Vec<(f64, usize, usize)>>) {
+fn tell(preset: &str, methods: &[String], results: &Results) {
     let of = |method: &str| results.get(&(preset.to_owned(), method.to_owned()));
     let Some(own) = of("sphere-board") else { return };
     let mut line = format!("{preset:9}");

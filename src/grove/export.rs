@@ -142,9 +142,12 @@ fn fitting_cell_m(scene: &Scene) -> f32 {
     (TREES_OF_CELL * width * depth / scene.planted.len().max(1) as f32).sqrt().clamp(10.0, width.max(depth).max(10.0))
 }
 
+/// Where a tree stands, its turn about the vertical and its scale.
+type Place = (Vec3, f32, f32);
+
 /// The scene's trees by cell and species, cells row by row from the north-west.
 fn batches(scene: &Scene, kinds: usize, cell_m: f32) -> Vec<Batch> {
-    let mut cells: BTreeMap<(i64, i64, usize), Vec<(Vec3, f32, f32)>> = BTreeMap::new();
+    let mut cells: BTreeMap<(i64, i64, usize), Vec<Place>> = BTreeMap::new();
     for tree in scene.planted.iter().filter(|tree| usize::from(tree.species) < kinds) {
         let along = |at: f32, from: f32| ((at - from) / cell_m).floor() as i64;
         let cell = (along(tree.position.z, scene.ground.north_m), along(tree.position.x, scene.ground.west_m), tree.species.into());

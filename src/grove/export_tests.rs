@@ -40,7 +40,7 @@ fn planted(count: u16) -> Vec<Planted> {
     let tree = |i: u16| {
         let at = f32::from(i);
         let position = Vec3::new((at * 37.7).rem_euclid(400.0) - 200.0, 0.1 * at.sin(), (at * 91.3).rem_euclid(400.0) - 200.0);
-        Planted { species: i % 2, position, yaw_rad: (0.61 * at).rem_euclid(6.28), scale: 1.0 + 0.5 * at.sin() }
+        Planted { species: i % 2, position, yaw_rad: (0.61 * at).rem_euclid(6.25), scale: 1.0 + 0.5 * at.sin() }
     };
     (0..count).map(tree).collect()
 }

@@ -145,7 +145,7 @@ mod tests {
         let report = format!(r#"{{"chain":{{"links":[{},{}]}}}}"#, link("crossed-planes", 0.0), link("billboard", 30.0));
         files::write_whole(&folder.path().join("report.json"), report.as_bytes()).unwrap();
         let entry = SpeciesEntry { compared: Some(folder.path().to_owned()), ..SpeciesEntry::new("spruce") };
-        let stock = stock(&[entry.clone()], AUTO, &SoftwareCapture::new(), &|_| ()).unwrap();
+        let stock = stock(std::slice::from_ref(&entry), AUTO, &SoftwareCapture::new(), &|_| ()).unwrap();
         let built = &stock[0].built;
         assert_eq!(built.levels.iter().map(|level| level.name.as_str()).collect::<Vec<_>>(), ["crossed-planes", "billboard"]);
         assert!(built.parts_at(5.0).count() > 0 && built.parts_at(90.0).count() > 0 && stock[0].warnings.is_empty());

@@ -47,7 +47,7 @@ mod tests {
     fn film(jump: u32) -> Vec<RgbImage> {
         let frame = |n: u32| {
             let moved = n + if n == 5 { jump } else { 0 };
-            RgbImage::from_fn(48, 40, |x, y| Rgb([if (x + moved) / 4 % 2 == 0 { 50 } else { 140 }, (4 * y) as u8, 60]))
+            RgbImage::from_fn(48, 40, |x, y| Rgb([if ((x + moved) / 4).is_multiple_of(2) { 50 } else { 140 }, (4 * y) as u8, 60]))
         };
         (0..10).map(frame).collect()
     }

@@ -196,8 +196,8 @@ impl Many<'_> {
         let chunks = cells.par_chunks(CELLS_AT_ONCE);
         let share = |cells: &[&Cell]| {
             let mut share = Share { lists: vec![vec![]; groups], ..Share::default() };
-            let asked = cells.iter().map(|cell| ask(cell, &mut share));
-            asked.fold(false, |any, seen| any || seen).then_some(share)
+            let asked = cells.iter().filter(|cell| ask(cell, &mut share)).count();
+            (asked > 0).then_some(share)
         };
         chunks.filter_map(share).collect()
     }
