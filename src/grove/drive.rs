@@ -44,8 +44,12 @@ impl Grove {
         let trees = stock.iter().map(|stock| renderer.upload_built(&stock.built)).collect::<Result<Vec<_>>>()?;
         let levels = trees.iter().zip(stock).map(|(tree, stock)| {
             let of_level = |level: &Level| {
-                let there = |(_, seen): &(usize, &crate::repr::Seen)| seen.share_at(level.distance) >= 1.0;
-                (level.clone(), tree.groups().iter().enumerate().filter(there).map(|(group, _)| group).collect())
+                let there = || tree.groups().iter().enumerate().filter(|(_, seen)| seen.share_at(level.distance) >= 1.0);
+                // What several levels share, as a trunk, tells nothing of one.
+                let span = |seen: &crate::repr::Seen| seen.vanishes[1] - seen.appears[0];
+                let least = there().map(|(_, seen)| span(seen)).fold(f32::INFINITY, f32::min);
+                let own = there().filter(|(_, seen)| span(seen) <= 1.001 * least);
+                (level.clone(), own.map(|(group, _)| group).collect())
             };
             stock.built.levels.iter().map(of_level).collect()
         });
