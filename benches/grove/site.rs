@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 use sphereboard::compare::peak_mb;
-use sphereboard::gpu::Gpu;
+use sphereboard::gpu::{AdapterChoice, Gpu};
 use sphereboard::grove::drive::{FollowParams, Grove, Trail, shot};
 use sphereboard::grove::stock::Stock;
 use sphereboard::grove::{Scene, SceneFile, lay_out, stock};
@@ -86,7 +86,8 @@ fn seconds() -> f64 {
 
 pub fn renderer() -> Result<Renderer> {
     let choice = std::env::var("GROVE_ADAPTER").unwrap_or_else(|_| "auto".to_owned());
-    Renderer::new(Gpu::open(&choice.parse().unwrap_or_else(|never| match never {}))?)
+    let Ok(choice) = choice.parse::<AdapterChoice>();
+    Renderer::new(Gpu::open(&choice)?)
 }
 
 pub fn grown(file: &SceneFile) -> Result<Vec<Stock>> {

@@ -166,7 +166,7 @@ fn charts(summary: &Summary, moments: &[Moment], names: &[String]) -> Vec<(&'sta
         ("levels", level_words, chart("Trees in the picture, by level", "trees", levels.chain([near, seen]).collect())),
         (
             "triangles",
-            "Of trees, in all passes; the ground's come on top.".to_owned(),
+            "Of trees, in all passes. The ground's are not among them.".to_owned(),
             chart("Triangles", "triangles", vec![curve("triangles of trees", Drawn::Line, &|moment| moment.triangles)]),
         ),
         (
