@@ -16,8 +16,7 @@ pub fn run(job: &str) -> Result<()> {
     file.terrain.relief_m = 0.0;
     file.key = vec![Key { time_s: 0.0, eye: [0.0, 12.0, -100.0].into(), target: [0.0, 8.0, -200.0].into() }];
     let (mut whole, mut half) = (Site::open(&file)?, Site::open(&file)?);
-    let before = |scene: &Scene| scene.planted.iter().filter(|tree| tree.position.z < -100.0).copied().collect::<Vec<_>>();
-    half.scene.planted = before(&half.scene);
+    half.scene.planted.retain(|tree| tree.position.z < -100.0);
     let stock = crate::site::grown(&file)?;
     half.grove = sphereboard::grove::drive::Grove::plant(&half.renderer, &half.scene, &stock)?;
     // The same number again, behind.

@@ -1,7 +1,7 @@
 //! A grove as a GLB file for other programs: each kind of tree once, and where its copies stand, by cells of ground (`EXT_mesh_gpu_instancing`).
 //!
-//! Other programs do not change levels by themselves, so one is chosen for all trees: what is drawn at a distance ([`ExportParams`]). Of what
-//! glTF has no word for, cards that turn and pictures for every side, another level is taken where there is one near.
+//! Other programs do not change levels by themselves, so one is chosen for all trees: what is drawn at a distance ([`ExportParams`]). Cards that
+//! turn and pictures for every side, for which glTF has no word, become two cards crossed where no other level is near.
 
 use std::collections::BTreeMap;
 
@@ -11,9 +11,9 @@ use serde::Serialize;
 use super::scene::Scene;
 use super::stock::Stock;
 use crate::geom::{PolyMesh, Surface};
-use crate::model::About;
-use crate::model::glb::{Batch, Instanced, Kind, write_instances};
-use crate::repr::{BuiltTree, file};
+use crate::model::glb::{Batch, Instanced, Kind, Plainly, write_instances};
+use crate::model::{About, Material, Part};
+use crate::repr::{BuiltPart, BuiltTree, Drawn, file};
 use crate::{Result, Warning};
 
 crate::params! {
@@ -76,7 +76,7 @@ pub fn export(scene: &Scene, stock: &[Stock], params: &ExportParams) -> Result<E
     let cell_m = if params.export_cell_m > 0.0 { params.export_cell_m as f32 } else { fitting_cell_m(scene) };
     let batches = batches(scene, stock.len(), cell_m);
     let kind = |(index, ((built, _), stock)): (usize, (&(BuiltTree, f32), &Stock))| {
-        let parts = built.parts.iter().map(|part| (part.part.clone(), file::plainly(part))).collect::<Vec<_>>();
+        let parts = built.parts.iter().map(plainly).collect::<Vec<_>>();
         (format!("{}_{index}", stock.size.name), parts)
     };
     let kinds: Vec<_> = chosen.iter().zip(stock).enumerate().map(kind).collect();
@@ -113,26 +113,58 @@ pub fn export(scene: &Scene, stock: &[Stock], params: &ExportParams) -> Result<E
 /// Three numbers of place, four of turn, three of size.
 const BYTES_OF_COPY: usize = 40;
 
-/// What is seen of a tree at `distance`, or at the nearest to it, by ratio and up to eight times as far or near, at which nothing fades and
-/// glTF can say all of it; else at which nothing fades. Its parts are always seen. Also that distance.
+/// What is seen of a tree at `distance`, or at the nearest to it, by ratio, at which nothing fades; a little farther or nearer where glTF can
+/// say all of it there. Also that distance.
 fn level(built: &BuiltTree, distance: f32) -> (BuiltTree, f32) {
+    /// Half as far again, and eight times as far, in steps of 4 %.
+    const NEAR: i32 = 10;
+    const ANYWHERE: i32 = 52;
     let built = built.clone().plain();
     let whole = |d: &f32| {
         let mut seen = built.parts_at(*d).peekable();
         seen.peek().is_some() && seen.all(|part| part.seen.share_at(*d) == 1.0)
     };
     let plain = |d: &f32| whole(d) && built.parts_at(*d).all(|part| file::beyond_gltf(part).is_none());
-    let near = || (0..=52).flat_map(|step| [step, -step]).map(|step| distance.max(0.01) * 1.04f32.powi(step));
-    let at = near().find(plain).or_else(|| near().find(whole)).unwrap_or(distance);
+    let around = |reach: i32| (0..=reach).flat_map(|step| [step, -step]).map(|step| distance.max(0.01) * 1.04f32.powi(step));
+    let at = around(NEAR).find(plain).or_else(|| around(ANYWHERE).find(whole)).unwrap_or(distance);
     let parts = built.parts_at(at).cloned().collect();
     (BuiltTree { parts, ..built }, at)
+}
+
+/// A part as other programs show it. A card that turns, or has a picture for every side, becomes two that cross: trees are turned every which
+/// way, and one would be edge-on.
+fn plainly(part: &BuiltPart) -> (Part, Plainly) {
+    let crossed = |mut front: Surface, side: Surface| {
+        front.append(side);
+        // Its normals are those of the front alone, or not in tangent space at all.
+        let material = Material { two_sided: true, normal_texture: None, ..part.part.material.clone() };
+        (Part { material, ..part.part.clone() }, Plainly::Other(front))
+    };
+    match (&part.drawn, file::plainly(part)) {
+        (Drawn::Octahedral(pictures), _) => crossed(file::upright_card(pictures, false), file::upright_card(pictures, true)),
+        (Drawn::Turned { pivot, .. }, Plainly::Itself) => {
+            let front = part.part.surface.clone();
+            let mut side = front.clone();
+            side.mesh.positions.iter_mut().for_each(|p| *p = *pivot + quarter_turn(*p - *pivot));
+            side.normals.iter_mut().for_each(|n| *n = quarter_turn(*n));
+            crossed(front, side)
+        }
+        (_, plainly) => (part.part.clone(), plainly),
+    }
+}
+
+/// From +Z to +X.
+fn quarter_turn(v: Vec3) -> Vec3 {
+    Vec3::new(v.z, v.y, -v.x)
 }
 
 /// That other programs do not show a tree as it is.
 fn lost(built: &BuiltTree, stock: &Stock) -> Option<Warning> {
     let needs = built.parts.iter().find_map(file::beyond_gltf)?;
     let name = &stock.size.name;
-    let told = format!("{name}: what stands for it {needs}, which GLB cannot say; export another --method or --export-distance");
+    let told = format!(
+        "{name}: what stands for it {needs}, which GLB cannot say: crossed or still cards stand there; export another --method or --export-distance"
+    );
     Some(Warning::new("export-plain", told))
 }
 

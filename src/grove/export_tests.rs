@@ -3,8 +3,7 @@ use crate::geom::{Bounds, HeightField};
 use crate::grove::path::{Key, Path};
 use crate::grove::placement::SpeciesSize;
 use crate::grove::{Planted, SceneFile};
-use crate::model::{Material, Part};
-use crate::repr::{BuiltPart, Drawn, Seen};
+use crate::repr::Seen;
 
 fn part(name: &str) -> Part {
     let positions = vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 2.0, 0.0), Vec3::new(0.0, 2.0, 0.0)];
@@ -135,7 +134,12 @@ fn what_gltf_cannot_say_is_left_for_a_level_near_by_or_told() {
     let plain = stock("ash", Drawn::Still);
     assert!(of(2.0, &plain).0.contains("mesh") && of(10.0, &plain).0.contains("card") && of(5.2, &plain).1 == 0);
     let turning = stock("ash", turned);
-    assert!(of(10.0, &turning).0.contains("mesh"), "the mesh is near enough");
-    let (name, warnings) = of(500.0, &turning);
+    assert!(of(6.0, &turning).0.contains("mesh"), "the mesh is near enough");
+    let (name, warnings) = of(10.0, &turning);
     assert!(name.contains("card") && warnings == 1, "nothing else is near");
+    // Crossed: as wide along Z as along X, seen from both sides.
+    let (part, plainly) = plainly(&turning.built.parts[1]);
+    let Plainly::Other(crossed) = plainly else { panic!("one card alone") };
+    let box_of = crossed.mesh.bounds().unwrap();
+    assert!(part.material.two_sided && (box_of.size() - Vec3::new(1.0, 2.0, 1.0)).length() < 1e-6, "{box_of:?}");
 }

@@ -73,7 +73,10 @@ pub fn stock(
             Ok(Stock { size, warnings: warnings.into_iter().chain(made.warnings).collect(), built: made.built })
         });
         told(&name_of(path));
-        made.map_err(|cause| Warning::new("photo-failed", format!("{}: {cause}", path.display())))
+        made.map_err(|cause| {
+            let (name, why) = (path.display().to_string(), cause.to_string());
+            Warning::new("photo-failed", if why.contains(&name) { why } else { format!("{name}: {why}") })
+        })
     };
     let all: Vec<_> = photos.par_iter().map(one).collect();
     let mut modelled = Modelled::default();

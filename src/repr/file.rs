@@ -3,6 +3,7 @@
 //! view from the front stand there, and an octahedral impostor is a card with its picture from the front.
 
 use std::collections::BTreeMap;
+use std::f32::consts::FRAC_PI_2;
 
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
@@ -194,18 +195,19 @@ pub(crate) fn plainly(part: &BuiltPart) -> Plainly {
         // All views of a turned card stand in one place; the front one is shown.
         Drawn::Turned { .. } if part.seen.share_toward(Vec3::Z) < 0.5 => Plainly::Nothing,
         Drawn::Turned { .. } => Plainly::Itself,
-        Drawn::Octahedral(impostor) => Plainly::Other(front_card(impostor)),
+        Drawn::Octahedral(impostor) => Plainly::Other(upright_card(impostor, false)),
     }
 }
 
-/// A card with the one frame of an octahedral impostor that looks from +Z.
-fn front_card(impostor: &Octahedral) -> Surface {
-    let axes = View::axes_from(0.0, 0.0);
+/// A card with the one frame of an octahedral impostor that looks from +Z, or from +X.
+pub(crate) fn upright_card(impostor: &Octahedral, from_x: bool) -> Surface {
+    let axes = View::axes_from(if from_x { FRAC_PI_2 } else { 0.0 }, 0.0);
     let center = Vec3::from(axes.map(|axis| axis.dot(impostor.center)));
     let window = Bounds { min: center - impostor.radius_m, max: center + impostor.radius_m };
     let card = Card { name: String::new(), axes, window, plane: center.z, size_px: [1, 1] };
     let surface = card.surface();
-    let (grid, frame) = (impostor.grid.max(1) as f32, Vec2::new(0.0, impostor.grid.max(1) as f32 - 1.0));
+    let (grid, last) = (impostor.grid.max(1) as f32, impostor.grid.max(1) as f32 - 1.0);
+    let frame = Vec2::new(if from_x { last } else { 0.0 }, last);
     Surface { uvs: surface.uvs.iter().map(|uv| (frame + *uv) / grid).collect(), ..surface }
 }
 

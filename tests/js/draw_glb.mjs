@@ -1,4 +1,4 @@
-// three.js draws GLB files in headless Chromium: `node draw_glb.mjs SHOTS.json`, which `sphereboard-tools bake-methods` writes.
+// three.js draws GLB files in headless Chromium: `node draw_glb.mjs SHOTS.json`, which `sphereboard-tools bake-methods` and tests/grove_export.rs write.
 // Each file's default scene is drawn as three.js loads it, over nothing, and saved as NAME.three.png beside the GLB.
 // Exits 1 when a file cannot be drawn, 3 when there is no Chromium.
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
@@ -28,7 +28,7 @@ const page_html = `<!doctype html><canvas id="canvas"></canvas>
 <script type="module">
 import * as THREE from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-window.draw = async (url, { size_px: [width, height], target, distance_m, fov_deg }) => {
+window.draw = async (url, { size_px: [width, height], target, distance_m, fov_deg, eye, hide = [] }) => {
   const renderer = new THREE.WebGLRenderer({ canvas: document.getElementById("canvas"), alpha: true, preserveDrawingBuffer: true });
   renderer.setSize(width, height, false);
   renderer.setClearColor(0, 0);
@@ -37,7 +37,9 @@ window.draw = async (url, { size_px: [width, height], target, distance_m, fov_de
   sun.position.set(1, 2, 3);
   scene.add(new THREE.HemisphereLight(0xffffff, 0x606050, 2), sun);
   const camera = new THREE.PerspectiveCamera(fov_deg, width / height, distance_m / 100, distance_m * 100);
-  camera.position.set(target[0], target[1], target[2] + distance_m);
+  camera.position.set(...(eye ?? [target[0], target[1], target[2] + distance_m]));
+  if (eye) camera.lookAt(...target);
+  for (const name of hide) scene.getObjectByName(name).visible = false;
   renderer.render(scene, camera);
   let triangles = renderer.info.render.triangles;
   return { picture: renderer.domElement.toDataURL("image/png"), triangles, method: userData.sphereboard?.method };
