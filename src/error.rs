@@ -611,7 +611,9 @@ pub enum Error {
     },
     // ---- Comparisons: compare ----
     /// Somebody else's stand-in that stands elsewhere than the tree.
-    #[error("expected {path} to stand where the tree stands ({expected}), but it spans {found}; export it in metres, +Y up, its foot at the tree's")]
+    #[error(
+        "expected {path} to stand where the tree stands ({expected}), but it spans {found}; export it in metres, +Y up, its foot at the tree's"
+    )]
     OtherTree {
         /// Its file.
         path: PathBuf,
@@ -665,7 +667,9 @@ pub enum Error {
         species: usize,
     },
     /// More trees than memory should hold.
-    #[error("expected at most {most} trees, but {asked} were asked for, which would take about {gb:.0} GB of memory; ask for fewer")]
+    #[error(
+        "expected at most {most} trees, but {asked} were asked for, which would take about {gb:.0} GB of memory; ask for fewer"
+    )]
     TooManyTrees {
         /// How many were asked for.
         asked: u64,

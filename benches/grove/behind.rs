@@ -1,9 +1,9 @@
 //! Twice as many trees, all of the new ones behind the camera: frames of both scenes in turns, so that a busy machine slows both alike.
 
 use sphereboard::Result;
+use sphereboard::grove::SceneFile;
 use sphereboard::grove::path::Key;
 use sphereboard::grove::scene::SpeciesEntry;
-use sphereboard::grove::{Scene, SceneFile};
 
 use crate::site::{How, Row, Site, keep, quantile};
 

@@ -15,8 +15,8 @@ use minijinja::context;
 use serde::Serialize;
 
 use crate::metrics::PIXELS_PER_DEGREE;
-use crate::repr::REFERENCE_FOCAL_PX;
 use crate::page::{self, safe};
+use crate::repr::REFERENCE_FOCAL_PX;
 use crate::{Result, files};
 
 use super::answer::{Band, Chain, CostKind, bands};
