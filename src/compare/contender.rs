@@ -79,7 +79,7 @@ impl Contender {
     /// Builds or reads it.
     ///
     /// # Errors
-    /// Those of [`repr::build`] and [`limits::check_textures`]; of a file those of [`read`].
+    /// Those of [`repr::build`] and [`limits::check_textures`]; of a file those of `read`.
     pub fn build(&self, shop: &Workshop) -> Result<BuiltTree> {
         let built = match self {
             Self::Method(method) => {

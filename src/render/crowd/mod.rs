@@ -1,5 +1,5 @@
 //! Many placed trees on the device: a grove. Trees of a species share what was uploaded of it; each takes 16 bytes, and 4 more in each list
-//! of what is seen. In every frame [`cull`] says which trees a picture shows in which of their species' groups; a group is drawn by one
+//! of what is seen. In every frame `cull` says which trees a picture shows in which of their species' groups; a group is drawn by one
 //! indirect call for each of its parts, however many trees there are. While nothing moves, nothing is culled and nothing is sent.
 
 mod cells;
