@@ -8,6 +8,7 @@ use std::process::{Command, Output};
 
 use common::{software_gpu, software_renderer};
 use sphereboard::Error;
+use sphereboard::grove::culling::Chosen;
 use sphereboard::grove::drive::{self, FollowParams, Grove};
 use sphereboard::grove::record::{Recorder, Setting, Started};
 use sphereboard::grove::scene::SpeciesEntry;
@@ -217,8 +218,14 @@ fn a_drive_whose_device_is_lost_keeps_its_frames() {
     let scene = lay_out(&file, &sizes, &mut |_| ()).unwrap();
     let mut grove = Grove::plant(&renderer, &scene, &stock).unwrap();
     let (cull, follow) = (CullParams::default(), FollowParams::default());
-    let setting =
-        Setting { adapter: "a".to_owned(), command: "c".to_owned(), cull: &cull, follow: &follow, started: Started::default() };
+    let setting = Setting {
+        adapter: "a".to_owned(),
+        command: "c".to_owned(),
+        cull: &cull,
+        follow: &follow,
+        culling: Chosen::default(),
+        started: Started::default(),
+    };
     let out = PathBuf::from(folder.path(""));
     let mut recorder = Recorder::new(&out, &scene, &grove, &setting).unwrap();
     let device = renderer.gpu.device.clone();

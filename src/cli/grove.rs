@@ -14,7 +14,7 @@ use crate::grove::page::{self, Picture, Video};
 use crate::grove::record::{Recorder, Setting, Started};
 use crate::grove::scene::{PRESETS, SpeciesEntry, StageParams, lay_out, preset};
 use crate::grove::stock::{self, Stock};
-use crate::grove::{Scene, SceneFile, photos};
+use crate::grove::{Scene, SceneFile, culling, photos};
 use crate::raster::{FRAME_MS, PngEffort, png_with, webp};
 use crate::render::{CullParams, Renderer};
 use crate::repr::SoftwareCapture;
@@ -114,7 +114,7 @@ fn add_exchange(command: Command) -> Command {
 /// Runs it.
 pub fn run(matches: &ArgMatches) -> Outcome {
     let file = scene_file(matches)?;
-    let (cull, follow): (CullParams, FollowParams) = (options::read(matches)?, options::read(matches)?);
+    let (mut cull, follow): (CullParams, FollowParams) = (options::read(matches)?, options::read(matches)?);
     if matches.get_flag("interactive") {
         return interactive(matches, &file, cull, follow);
     }
@@ -129,12 +129,16 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let mut watch = Watch(Instant::now());
     let mut grove = Grove::plant(&renderer, &scene, &stock)?;
     started.device_ms = watch.lap_ms();
+    let asked = cull.clone();
+    let culling = culling::choose(&mut renderer, &mut grove, &scene, (&mut cull, &follow))?;
+    say::out(&culling.sentence());
     let info = &renderer.gpu.info;
     let setting = Setting {
         adapter: format!("{}, {} {}", info.name, info.driver, info.driver_info),
         command: super::compare::command_line(),
-        cull: &cull,
+        cull: &asked,
         follow: &follow,
+        culling,
         started,
     };
     let mut recorder = Recorder::new(out, &scene, &grove, &setting)?;

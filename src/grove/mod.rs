@@ -1,6 +1,7 @@
 //! Groves: what stands where, on which ground, seen along which path. Plain data, metres, +Y up, +X east, -Z north.
 
 pub mod chains;
+pub mod culling;
 pub mod drive;
 pub mod export;
 pub mod inventory;

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde_json::json;
 
+use super::culling::Chosen;
 use super::drive::{FollowParams, Frame, Grove};
 use super::scene::Scene;
 use crate::compare::peak_mb;
@@ -36,6 +37,8 @@ pub struct Setting<'a> {
     pub cull: &'a CullParams,
     /// How levels followed.
     pub follow: &'a FollowParams,
+    /// Who did it in the end.
+    pub culling: Chosen,
     /// What came before the first frame.
     pub started: Started,
 }
@@ -82,6 +85,8 @@ pub struct Summary {
     pub bytes_per_tree: f64,
     /// Most memory that the process held, megabytes; nothing where the system does not tell.
     pub memory_mb: Option<f64>,
+    /// Who culls, and what both would take.
+    pub culling: Chosen,
     /// Milliseconds until the first frame.
     pub started: Started,
     /// Duration of the path, seconds.
@@ -241,6 +246,7 @@ impl<'a> Recorder<'a> {
             ground_triangles: self.scene.ground.triangles(),
             bytes_per_tree: grove.crowd().device_bytes() as f64 / trees.max(1) as f64,
             memory_mb: peak_mb(),
+            culling: self.setting.culling.clone(),
             started: self.setting.started,
             path_s: self.scene.path.length_s(),
             frames: self.frames.len(),
