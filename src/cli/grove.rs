@@ -245,10 +245,11 @@ struct Taken<'a> {
 }
 
 impl Taken<'_> {
-    /// `count` of them, evenly along the path.
+    /// `count` of them, evenly along the path; those of an earlier drive go.
     fn pictures(&mut self, count: u32) -> Result<Vec<Picture>> {
         let folder = self.out.join("frames");
         let _folder = files::ready_folder(&folder)?;
+        files::remove_numbered(&folder, "frame_", ".png")?;
         let bar = progress_bar(u64::from(count));
         bar.set_message("pictures");
         let mut taken = vec![];

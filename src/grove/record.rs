@@ -264,8 +264,9 @@ impl<'a> Recorder<'a> {
 impl Summary {
     /// In a sentence.
     pub fn sentence(&self) -> String {
+        let s = if self.trees == 1 { "" } else { "s" };
         format!(
-            "{} trees, {} × {}: {:.1} frames a second (median {:.1} ms, 99 % within {:.1} ms), {:.0} trees in the picture",
+            "{} tree{s}, {} × {}: {:.1} frames a second (median {:.1} ms, 99 % within {:.1} ms), {:.0} of them in the picture",
             self.trees, self.size_px[0], self.size_px[1], self.fps, self.median_ms, self.p99_ms, self.trees_seen
         )
     }
