@@ -14,6 +14,7 @@ mod backdrop;
 mod bound;
 mod camera;
 mod capture;
+mod cast;
 mod composite;
 pub mod crowd;
 mod drawer;
@@ -68,6 +69,7 @@ pub use wind::WindParams;
 pub use world::{Stand, World};
 
 use backdrop::Backdrop;
+use cast::Cast;
 use composite::Composite;
 use drawer::{Drawer, PassKind};
 use forest::ForestDrawer;
@@ -118,7 +120,9 @@ pub struct Renderer {
     targets: Option<Targets>,
     uploaded_bytes: u64,
     /// What the sun's map shows, where that is known.
-    cast: Option<(u64, crowd::SunLook)>,
+    cast: Option<Cast>,
+    /// Whether the map of trees one by one stays, too, while it shows the same: where nothing is measured.
+    keeps_map: bool,
     counted: Counted,
     prepared_ms: f64,
     frame_ms: f64,
@@ -190,6 +194,7 @@ impl Renderer {
             targets: None,
             uploaded_bytes: 0,
             cast: None,
+            keeps_map: false,
             counted: Counted::default(),
             prepared_ms: 0.0,
             frame_ms: 0.0,
@@ -240,7 +245,10 @@ impl Renderer {
     /// # Errors
     /// [`Error::PictureSize`] for one without extent or beyond the device's limit, [`Error::Device`] when the device fails.
     pub fn picture<'a>(&mut self, shot: &Shot, world: impl Into<World<'a>>) -> Result<Picture> {
-        self.draw(shot, world.into())?;
+        self.keeps_map = true;
+        let drawn = self.draw(shot, world.into());
+        self.keeps_map = false;
+        drawn?;
         let targets = self.targets.as_ref().expect("draw makes them");
         let mut color = read_texture(&self.gpu, &targets.frame_color.texture)?;
         if shot.background == Background::Alpha {
@@ -359,10 +367,10 @@ impl Renderer {
         self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame_of(shot, sway, view, placed)));
         self.gpu.queue.write_buffer(&self.crowns, 0, bytemuck::cast_slice(&growing.crowns));
         let (scene, mut uploaded_bytes) = self.instances.scene(&self.gpu, shot, placed, growing, sun_map)?;
-        // The map of a crowd in still air stays while the sun sees the same of it.
-        let cast = placed.crowd.filter(|_| placed.casters == 0 && sway == Sway::NONE).and_then(Crowd::cast);
+        // A map stays while the sun sees the same.
+        let cast = sun_map.and_then(|sun| Cast::of(shot, placed, sun, self.keeps_map));
         let map_stays = cast.is_some() && self.cast == cast;
-        self.cast = cast.filter(|_| view.is_some());
+        self.cast = cast;
         self.counted = scene.counted(!map_stays);
         let gpu = &self.gpu;
         self.sent_bytes = self.leaves.prepare(gpu, &scene)?;
