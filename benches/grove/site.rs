@@ -6,8 +6,9 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 use sphereboard::compare::peak_mb;
 use sphereboard::gpu::{AdapterChoice, Gpu};
-use sphereboard::grove::drive::{FollowParams, Grove, Trail, shot};
+use sphereboard::grove::drive::{Grove, shot};
 use sphereboard::grove::stock::Stock;
+use sphereboard::grove::trail::Trail;
 use sphereboard::grove::{Scene, SceneFile, lay_out, stock};
 use sphereboard::render::{Camera, CullParams, Picture, Renderer, Shot};
 use sphereboard::repr::SoftwareCapture;
@@ -116,7 +117,7 @@ impl Site {
         let one = |number: usize| {
             let time_s = number as f32 * step_s;
             let look = self.scene.path.at(time_s);
-            let mut shot = shot(&self.scene, look, time_s, trail.follow(look.eye, time_s, &FollowParams::default()), number as u32);
+            let mut shot = shot(&self.scene, look, time_s, trail.follow(look.eye, time_s, &self.scene.file.levels), number as u32);
             if how.no_levels {
                 shot.level_distance = Some(0.0);
             }

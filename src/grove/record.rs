@@ -8,11 +8,10 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde_json::json;
 
-use super::drive::{FollowParams, Frame, Grove};
+use super::drive::{Frame, Grove};
 use super::scene::Scene;
 use crate::compare::peak_mb;
 use crate::model::About;
-use crate::render::CullParams;
 use crate::{Error, Result};
 
 /// Milliseconds until the first frame.
@@ -27,15 +26,11 @@ pub struct Started {
 }
 
 /// On what and how a drive was made.
-pub struct Setting<'a> {
+pub struct Setting {
     /// Adapter and driver.
     pub adapter: String,
     /// The command line.
     pub command: String,
-    /// How trees were culled.
-    pub cull: &'a CullParams,
-    /// How levels followed.
-    pub follow: &'a FollowParams,
     /// What came before the first frame.
     pub started: Started,
 }
@@ -145,7 +140,7 @@ const UNFINISHED: &str = "frames.csv.part";
 pub struct Recorder<'a> {
     folder: PathBuf,
     scene: &'a Scene,
-    setting: &'a Setting<'a>,
+    setting: &'a Setting,
     species: Vec<OfSpecies>,
     csv: BufWriter<File>,
     frames: Vec<Frame>,
@@ -156,7 +151,7 @@ impl<'a> Recorder<'a> {
     ///
     /// # Errors
     /// [`Error::Write`] when it cannot be written to.
-    pub fn new(folder: &Path, scene: &'a Scene, grove: &Grove, setting: &'a Setting<'a>) -> Result<Self> {
+    pub fn new(folder: &Path, scene: &'a Scene, grove: &Grove, setting: &'a Setting) -> Result<Self> {
         let mut trees = vec![0; scene.species.len()];
         scene.planted.iter().for_each(|tree| trees[usize::from(tree.species)] += 1);
         let of_one = |((species, levels), trees): ((&super::placement::SpeciesSize, Vec<&str>), usize)| OfSpecies {
@@ -226,7 +221,6 @@ impl<'a> Recorder<'a> {
         let median_ms = of(&|frame: &Frame| frame.ms, 0.5);
         let file = &self.scene.file;
         let trees = self.scene.planted.len();
-        let Setting { cull, follow, .. } = self.setting;
         Summary {
             program: About::this_program(),
             commit: env!("SPHEREBOARD_COMMIT"),
@@ -256,7 +250,7 @@ impl<'a> Recorder<'a> {
             uploaded_bytes: self.frames.iter().map(|frame| frame.uploaded_bytes).sum(),
             species: self.species.clone(),
             parameters: json!({ "terrain": file.terrain, "planting": file.planting, "camera": file.camera, "stage": file.stage,
-                "culling": cull, "levels": follow }),
+                "culling": file.culling, "levels": file.levels }),
         }
     }
 }
