@@ -17,6 +17,10 @@ fn vs_main(corner: Corner) -> Seen {
     seen.uv = corner.uv;
     seen.slot = growing_slot(corner);
     seen.share = share_of(tree, corner.normal, false);
+    if PART_FADE != FADE_NEVER {
+        // What is not seen from here covers no pixel.
+        seen.position = select(seen.position, vec4f(2.0, 2.0, 2.0, 1.0), seen.share <= 0.0);
+    }
     seen.tree = vec4f(still(tree, material.tree_center), tree.scale);
     return seen;
 }

@@ -133,6 +133,21 @@ pub fn ready_folder(folder: &Path) -> Result<ReadyFolder> {
     Ok(ready)
 }
 
+/// Removes the files of a folder whose names begin and end so, with digits between: what an earlier run left there.
+///
+/// # Errors
+/// [`Error::Write`] for one that cannot be removed.
+pub fn remove_numbered(folder: &Path, begin: &str, end: &str) -> Result<()> {
+    let is_one = |name: &str| {
+        let number = name.strip_prefix(begin).and_then(|rest| rest.strip_suffix(end));
+        number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+    };
+    let failed = |cause| Error::Write { path: folder.to_owned(), cause };
+    let mut old =
+        std::fs::read_dir(folder).map_err(failed)?.flatten().filter(|entry| entry.file_name().to_str().is_some_and(is_one));
+    old.try_for_each(|entry| std::fs::remove_file(entry.path())).map_err(failed)
+}
+
 /// Refuses results that would replace an input, under whichever name or link it was given.
 ///
 /// # Errors
@@ -157,6 +172,16 @@ pub fn shared_folder() -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_the_numbered_files_of_a_folder_go() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = ["frame_00012.png", "frame_1.png", "frame_.png", "frame_a.png", "frame_3.jpg", "my_frame_3.png"];
+        names.iter().for_each(|name| std::fs::write(folder.path().join(name), b"").unwrap());
+        remove_numbered(folder.path(), "frame_", ".png").unwrap();
+        let left: Vec<bool> = names.iter().map(|name| folder.path().join(name).exists()).collect();
+        assert_eq!(left, [false, false, true, true, true, true]);
+    }
 
     #[test]
     fn a_set_of_files_appears_whole_or_not_at_all() {

@@ -9,11 +9,10 @@ use std::process::{Command, Output};
 use common::{software_gpu, software_renderer};
 use sphereboard::Error;
 use sphereboard::grove::culling::Chosen;
-use sphereboard::grove::drive::{self, FollowParams, Grove};
+use sphereboard::grove::drive::{self, Grove};
 use sphereboard::grove::record::{Recorder, Setting, Started};
 use sphereboard::grove::scene::SpeciesEntry;
 use sphereboard::grove::{SceneFile, lay_out, page, stock};
-use sphereboard::render::CullParams;
 use sphereboard::repr::SoftwareCapture;
 use tempfile::TempDir;
 
@@ -217,19 +216,12 @@ fn a_drive_whose_device_is_lost_keeps_its_frames() {
     let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
     let scene = lay_out(&file, &sizes, &mut |_| ()).unwrap();
     let mut grove = Grove::plant(&renderer, &scene, &stock).unwrap();
-    let (cull, follow) = (CullParams::default(), FollowParams::default());
-    let setting = Setting {
-        adapter: "a".to_owned(),
-        command: "c".to_owned(),
-        cull: &cull,
-        follow: &follow,
-        culling: Chosen::default(),
-        started: Started::default(),
-    };
+    let setting =
+        Setting { adapter: "a".to_owned(), command: "c".to_owned(), culling: Chosen::default(), started: Started::default() };
     let out = PathBuf::from(folder.path(""));
     let mut recorder = Recorder::new(&out, &scene, &grove, &setting).unwrap();
     let device = renderer.gpu.device.clone();
-    let driven = drive::drive(&mut renderer, &mut grove, &scene, (&cull, &follow), &mut |number, frame| {
+    let driven = drive::drive(&mut renderer, &mut grove, &scene, &mut |number, frame| {
         recorder.keep(&frame).unwrap();
         // Each line is there at once, for whoever kills the program.
         assert_eq!(std::fs::read_to_string(out.join("frames.csv.part")).unwrap().lines().count(), number as usize + 2);

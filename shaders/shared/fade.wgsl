@@ -38,5 +38,10 @@ fn is_there(alpha: f32, share: f32, at: vec3f, footprint_m: f32) -> bool {
     if PART_FADE == FADE_ALPHA {
         return share > 0.0 && alpha >= mix(1.0, material.alpha_cutoff, share);
     }
-    return alpha >= material.alpha_cutoff && (share >= 1.0 || threshold(at, footprint_m) <= share);
+    var there = alpha >= material.alpha_cutoff;
+    // Once or not at all: software drivers run both sides of every `if`, but leave out a loop that none of their pixels enters.
+    for (var asks = there && share < 1.0; asks; asks = false) {
+        there = threshold(at, footprint_m) <= share;
+    }
+    return there;
 }

@@ -8,12 +8,13 @@ use clap::builder::NonEmptyStringValueParser;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use crate::gpu::Gpu;
-use crate::grove::drive::{self, FollowParams, Grove};
+use crate::grove::drive::{self, Grove};
 use crate::grove::export::{self, ExportParams};
 use crate::grove::page::{self, Picture, Video};
 use crate::grove::record::{Recorder, Setting, Started};
 use crate::grove::scene::{PRESETS, SpeciesEntry, StageParams, lay_out, preset};
 use crate::grove::stock::{self, Stock};
+use crate::grove::trail::FollowParams;
 use crate::grove::{Scene, SceneFile, culling, photos};
 use crate::raster::{FRAME_MS, PngEffort, png_with, webp};
 use crate::render::{CullParams, Renderer};
@@ -78,8 +79,8 @@ pub fn command() -> Command {
         .arg(Arg::new("video").long("video").action(ArgAction::SetTrue).help(format!(
             "Also drive.webp, a moving picture of the drive: 25 frames a second, {MOST_VIDEO_FRAMES} at most, evenly along the path"
         )));
-    let command = options::add::<CullParams>(command, "Culling and drawing");
-    let command = options::add::<FollowParams>(command, "Levels of detail");
+    let command = options::add::<CullParams>(command, "Culling and drawing, instead of the scene's");
+    let command = options::add::<FollowParams>(command, "Levels of detail, instead of the scene's");
     let command = options::add::<StageParams>(command, "Light and air, instead of the scene's");
     look::add_adapter(add_exchange(command))
 }
@@ -114,9 +115,8 @@ fn add_exchange(command: Command) -> Command {
 /// Runs it.
 pub fn run(matches: &ArgMatches) -> Outcome {
     let file = scene_file(matches)?;
-    let (mut cull, follow): (CullParams, FollowParams) = (options::read(matches)?, options::read(matches)?);
     if matches.get_flag("interactive") {
-        return interactive(matches, &file, cull, follow);
+        return interactive(matches, &file);
     }
     let out = matches.get_one::<PathBuf>("out").expect("clap requires it");
     let pictures = *matches.get_one::<u32>("pictures").expect("clap gives the default");
@@ -124,27 +124,24 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let mut renderer = Renderer::new(Gpu::open(&look::adapter(matches))?)?;
     let _folder = files::ready_folder(out)?;
     let mut started = Started::default();
-    let (scene, stock) = planted(matches, &file, &mut started)?;
+    let (mut scene, stock) = planted(matches, &file, &mut started)?;
     write_export(matches, &scene, &stock)?;
     let mut watch = Watch(Instant::now());
     let mut grove = Grove::plant(&renderer, &scene, &stock)?;
     started.device_ms = watch.lap_ms();
-    let asked = cull.clone();
-    let culling = culling::choose(&mut renderer, &mut grove, &scene, (&mut cull, &follow))?;
+    let culling = culling::choose(&mut renderer, &mut grove, &mut scene)?;
     say::out(&culling.sentence());
     let info = &renderer.gpu.info;
     let setting = Setting {
         adapter: format!("{}, {} {}", info.name, info.driver, info.driver_info),
         command: super::compare::command_line(),
-        cull: &asked,
-        follow: &follow,
         culling,
         started,
     };
     let mut recorder = Recorder::new(out, &scene, &grove, &setting)?;
     let bar = progress_bar(u64::from(file.frames));
     let mut kept = Ok(());
-    let driven = drive::drive(&mut renderer, &mut grove, &scene, (&cull, &follow), &mut |_, frame| {
+    let driven = drive::drive(&mut renderer, &mut grove, &scene, &mut |_, frame| {
         bar.inc(1);
         kept = recorder.keep(&frame);
         kept.is_ok()
@@ -153,7 +150,7 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     kept?;
     // What was driven so far is told even where the device was lost on the way.
     let drive = recorder.finish(&grove, driven.as_ref().err().map(ToString::to_string))?;
-    let mut camera = Taken { renderer: &mut renderer, grove: &mut grove, scene: &scene, params: (&cull, &follow), out };
+    let mut camera = Taken { renderer: &mut renderer, grove: &mut grove, scene: &scene, out };
     let seen = driven.and_then(|()| Ok((camera.pictures(pictures)?, if video { Some(camera.video()?) } else { None })));
     let (pictures, video) = seen.as_ref().map_or((&[][..], None), |(pictures, video)| (&pictures[..], video.as_ref()));
     let page = page::write(out, &drive, pictures, video)?;
@@ -193,7 +190,7 @@ fn planted(matches: &ArgMatches, file: &SceneFile, started: &mut Started) -> Res
 }
 
 /// The scene in a window, until that is closed.
-fn interactive(matches: &ArgMatches, file: &SceneFile, cull: CullParams, follow: FollowParams) -> Outcome {
+fn interactive(matches: &ArgMatches, file: &SceneFile) -> Outcome {
     let seconds = window::seconds_of(matches)?;
     let screenshots = matches.get_one::<PathBuf>("out").cloned().unwrap_or_else(|| ".".into());
     let _folder = files::ready_folder(&screenshots)?;
@@ -201,7 +198,7 @@ fn interactive(matches: &ArgMatches, file: &SceneFile, cull: CullParams, follow:
     let watch = walk::Watch::new(file);
     let (scene, stock) = planted(matches, file, &mut Started::default())?;
     let opening = Opening { size_px: file.size_px, adapter: look::adapter(matches), screenshots, seconds };
-    window::run(events, opening, Walk::new(scene, (stock, watch), cull, follow))?;
+    window::run(events, opening, Walk::new(scene, (stock, watch)))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -232,6 +229,8 @@ fn scene_file(matches: &ArgMatches) -> Result<SceneFile> {
         file.size_px = look::size_px(matches)?;
     }
     file.stage = options::read_over(matches, file.stage)?;
+    file.levels = options::read_over(matches, file.levels)?;
+    file.culling = options::read_over(matches, file.culling)?;
     file.check()?;
     Ok(file)
 }
@@ -244,15 +243,15 @@ struct Taken<'a> {
     renderer: &'a mut Renderer,
     grove: &'a mut Grove,
     scene: &'a Scene,
-    params: (&'a CullParams, &'a FollowParams),
     out: &'a Path,
 }
 
 impl Taken<'_> {
-    /// `count` of them, evenly along the path.
+    /// `count` of them, evenly along the path; those of an earlier drive go.
     fn pictures(&mut self, count: u32) -> Result<Vec<Picture>> {
         let folder = self.out.join("frames");
         let _folder = files::ready_folder(&folder)?;
+        files::remove_numbered(&folder, "frame_", ".png")?;
         let bar = progress_bar(u64::from(count));
         bar.set_message("pictures");
         let mut taken = vec![];
@@ -260,7 +259,7 @@ impl Taken<'_> {
         let frames = self.scene.file.frames;
         for i in 0..count.min(frames) {
             let frame = (u64::from(frames) * (2 * u64::from(i) + 1) / (2 * u64::from(count.min(frames)))) as u32;
-            let picture = drive::picture(self.renderer, self.grove, self.scene, self.params, frame)?;
+            let picture = drive::picture(self.renderer, self.grove, self.scene, frame)?;
             let name = format!("frame_{frame:05}.png");
             files::write_whole(&folder.join(&name), &png_with(&picture.color, PngEffort::Small)?)?;
             taken.push(Picture { file: format!("frames/{name}"), frame });
@@ -285,7 +284,7 @@ impl Taken<'_> {
         bar.set_message("moving picture");
         let size_px = self.scene.file.size_px;
         let pictures = (0..frames).map(|i| {
-            let picture = drive::picture(self.renderer, self.grove, self.scene, self.params, i * step)?;
+            let picture = drive::picture(self.renderer, self.grove, self.scene, i * step)?;
             bar.inc(1);
             Ok(picture.color)
         });

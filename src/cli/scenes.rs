@@ -5,7 +5,9 @@ use crate::grove::path::CameraParams;
 use crate::grove::placement::PlantingParams;
 use crate::grove::scene::{PRESETS, SpeciesEntry, StageParams};
 use crate::grove::terrain::TerrainParams;
+use crate::grove::trail::FollowParams;
 use crate::params::{ParamSet, ParamSpec};
+use crate::render::CullParams;
 
 /// A scene file with a little of everything.
 const EXAMPLE: &str = include_str!("../../examples/scenes/park.toml");
@@ -49,6 +51,8 @@ pub fn help() -> String {
     text += &table("planting", PlantingParams::specs());
     text += &table("camera", CameraParams::specs());
     text += &table("stage", StageParams::specs());
+    text += &table("levels", FollowParams::specs());
+    text += &table("culling", CullParams::specs());
     text += "\nFor example:\n";
     EXAMPLE.lines().for_each(|line| text += &format!("{}\n", format!("  {line}").trim_end()));
     text
@@ -93,7 +97,8 @@ mod tests {
     fn the_help_names_every_field_of_a_scene() {
         let text = help();
         let names = SceneFile::FIELDS.iter().chain(SpeciesEntry::FIELDS).map(|field| field.0);
-        let specs = [TerrainParams::specs(), PlantingParams::specs(), CameraParams::specs(), StageParams::specs()].concat();
+        let parts = [TerrainParams::specs(), PlantingParams::specs(), CameraParams::specs(), StageParams::specs()];
+        let specs = [parts.concat(), FollowParams::specs(), CullParams::specs()].concat();
         for name in names.chain(specs.iter().map(|spec| spec.name)).chain(PRESETS.map(|preset| preset.name)) {
             assert!(text.contains(&format!("\n  {name} ")), "{name}");
         }

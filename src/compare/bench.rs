@@ -2,7 +2,7 @@
 //! failed, and the rest goes on.
 
 use std::sync::Mutex;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::render::{Renderer, Shot, Tree};
 use crate::repr::{BuiltTree, REFERENCE_FOCAL_PX, Stats};
@@ -62,9 +62,11 @@ impl Bench<'_> {
         run.parameters = contender.parameters()?;
         // Alone, so that nobody's work is in anybody's milliseconds.
         let alone = self.hall.alone();
+        let begun = Instant::now();
         let built = contender.build(&self.hall.request.shop)?;
         let all = Stats::of_all(&built);
         run.build_ms = built.build_ms;
+        run.spent.build_s = begun.elapsed().as_secs_f64();
         run.memory_bytes = all.texture_bytes + all.geometry_bytes;
         run.warnings = built.warnings.iter().map(|warning| warning.message.clone()).collect();
         run.levels = built.levels.iter().map(|level| (level.name.clone(), level.distance)).collect();
@@ -80,16 +82,19 @@ impl Bench<'_> {
             }
             subjects.push(subject);
         }
+        run.spent.timing_s = begun.elapsed().as_secs_f64() - run.spent.build_s;
         drop(alone);
-        match self.hall.shared(|| contender.disk_bytes(&built, &self.hall.request.shop)) {
+        match self.hall.shared(&mut run.spent.files_s, || contender.disk_bytes(&built, &self.hall.request.shop)) {
             Ok(bytes) => run.disk_bytes = bytes,
             Err(why) => run.warnings.push(format!("no file of it could be written: {why}")),
         }
         subjects.iter().try_for_each(|subject| self.look(subject, run, cells))?;
         let hall = self.hall;
-        match hall.shared(|| motion::measure(self.renderer, &hall.stage, (&built, &tree), plan, hall.truth_flicker)) {
+        match hall.shared(&mut run.spent.motion_s, || {
+            motion::measure(self.renderer, &hall.stage, (&built, &tree), plan, &hall.true_motion)
+        }) {
             Ok((motion, strips)) => {
-                run.motion = motion;
+                run.motion = Some(motion);
                 let folder = self.hall.request.folder.join("pictures").join(contender.id());
                 for (name, strip) in strips {
                     pictures::write(&folder.join(name), &strip)?;
@@ -118,13 +123,14 @@ impl Bench<'_> {
 
     /// Looks at a subject from everywhere, distance by distance.
     fn look(&mut self, subject: &Subject, run: &mut MethodRun, cells: &mut Vec<Cell>) -> Result<()> {
-        let plan = self.hall.request.plan;
+        let hall = self.hall;
+        let plan = hall.request.plan;
         for (number, &height_px) in plan.heights_px.iter().enumerate() {
             // Levels are looked at from fewer places: there are many of them.
             let counts = |look: &&Look| subject.level.is_none() || look.sun_number == 0 && plan.is_first(look.view_number);
-            let here: Vec<&Look> = self.hall.looks.iter().filter(|look| look.height_px == height_px).filter(counts).collect();
+            let here: Vec<&Look> = hall.looks.iter().filter(|look| look.height_px == height_px).filter(counts).collect();
             // Not for longer at once: others wait to time something.
-            let (judged, overdraw) = self.hall.shared(|| self.judge(subject, &here))?;
+            let (judged, overdraw) = hall.shared(&mut run.spent.pictures_s, || self.judge(subject, &here))?;
             let worked: Vec<Figures> = judged.iter().filter(|cell| cell.failed.is_none()).map(|cell| cell.error).collect();
             let cost = subject.costs[number].clone().map(|cost| Cost { overdraw, ..cost });
             let first = judged.iter().find_map(|cell| cell.failed.as_deref());

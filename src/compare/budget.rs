@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::film::ORBIT_PX;
 use super::plan::Plan;
 use super::truth::finer;
 
@@ -13,56 +14,97 @@ pub struct Budget {
     pub allowed_s: f64,
     /// Seconds that its plan takes on four cores with the software driver, as reckoned from the tree's triangles.
     pub planned_s: f64,
+    /// The same by what it goes into.
+    pub planned: Spent,
     /// What was left out of the profile to fit, in sentences.
     pub thinned: Vec<String>,
     /// Seconds that it took here, with those of earlier runs of the same comparison that came to their end.
     pub taken_s: f64,
+    /// The same by what it went into, but for what none of it says: opening the tree, waiting for each other, writing the page.
+    pub spent: Spent,
     /// Most memory that the process has had, megabytes; `None` where the system does not say.
     pub peak_mb: Option<f64>,
 }
 
-/// Milliseconds on four cores with the software driver (three pictures are taken at once there). Measured on presets of 25,000 to 200,000
-/// triangles with all methods; a method draws about [`SHARE`] of the tree's triangles, the mean of all.
+/// Seconds by what they go into. What several do side by side counts as a share of the run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spent {
+    /// Pictures and films of the truth.
+    pub truth_s: f64,
+    /// Building methods, one alone at a time.
+    pub build_s: f64,
+    /// Timing them, alone.
+    pub timing_s: f64,
+    /// Writing their files, to weigh them.
+    pub files_s: f64,
+    /// Their pictures, held against the truth.
+    pub pictures_s: f64,
+    /// Their films.
+    pub motion_s: f64,
+}
+
+impl Spent {
+    /// Of a run of so many renderers side by side.
+    pub fn of_all<'a>(truth_s: f64, methods: impl Iterator<Item = &'a Self>, workers: usize) -> Self {
+        let share = 1.0 / workers.max(1) as f64;
+        methods.fold(Self { truth_s, ..Self::default() }, |sum, own| Self {
+            build_s: sum.build_s + own.build_s,
+            timing_s: sum.timing_s + own.timing_s,
+            files_s: sum.files_s + share * own.files_s,
+            pictures_s: sum.pictures_s + share * own.pictures_s,
+            motion_s: sum.motion_s + share * own.motion_s,
+            ..sum
+        })
+    }
+
+    /// All of it.
+    pub fn sum(&self) -> f64 {
+        self.truth_s + self.build_s + self.timing_s + self.files_s + self.pictures_s + self.motion_s
+    }
+}
+
+/// Milliseconds on four cores with the software driver, where three work side by side: of a thing itself, for 1,000 triangles of the tree,
+/// and for 1,000 pixels. Fitted to presets of 25,000 to 200,000 triangles with all methods; a method draws a share of the tree's triangles,
+/// which is in its numbers.
 mod cost {
-    /// Share of the tree's triangles that methods draw, on average.
-    pub const SHARE: f64 = 0.3;
-    /// Of a picture: for itself, for 1,000 triangles (drawn twice: for the sun and for the viewer), for 1,000 pixels with their figures.
-    pub const PICTURE: [f64; 3] = [3.0, 0.2, 0.17];
-    /// Of a picture in motion: the same.
-    pub const FRAME: [f64; 3] = [1.5, 0.2, 0.08];
-    /// Of building a method: for itself, for 1,000 triangles.
-    pub const BUILD: [f64; 2] = [400.0, 11.0];
-    /// Of timing a method once, beyond the time that is asked for: for itself, for 1,000 triangles.
-    pub const TIMING: [f64; 2] = [40.0, 1.5];
+    /// Of a picture of the truth.
+    pub const TRUTH: [f64; 3] = [1.0, 0.1, 0.06];
+    /// Of building a method.
+    pub const BUILD: [f64; 3] = [400.0, 4.0, 0.0];
+    /// Of timing a method once, beyond the time that is asked for.
+    pub const TIMING: [f64; 3] = [60.0, 0.5, 0.0];
+    /// Of its file.
+    pub const FILE: [f64; 3] = [100.0, 1.0, 0.0];
+    /// Of a picture with its figures.
+    pub const PICTURE: [f64; 3] = [3.0, 0.06, 0.17];
+    /// Of a frame of a film, with what people would see of it.
+    pub const FRAME: [f64; 3] = [4.0, 0.06, 0.08];
     /// Levels of a method, on average.
     pub const LEVELS: f64 = 3.0;
 }
 
 /// Seconds that `plan` takes for `methods` of a tree of so many triangles.
-pub fn seconds(plan: &Plan, triangles: usize, methods: usize) -> f64 {
+pub fn planned(plan: &Plan, triangles: usize, methods: usize) -> Spent {
     let (ktri, methods) = (triangles as f64 / 1e3, methods as f64);
+    let seconds = |[each, of_ktri, of_kpx]: [f64; 3], kpx: f64| (each + of_ktri * ktri + of_kpx * kpx) / 1e3;
     // A square picture around the tree and a margin.
-    let kpx = |height_px: f32| (1.3 * f64::from(height_px)).powi(2) / 1e3;
-    let one = |[each, of_ktri, of_kpx]: [f64; 3], ktri: f64, kpx: f64| each + of_ktri * ktri + of_kpx * kpx;
-    let pictures = |ktri: f64, finer: fn(f32) -> u32| -> f64 {
-        let at = |&height_px: &f32| one(cost::PICTURE, ktri, kpx(height_px) * f64::from(finer(height_px)).powi(2));
-        plan.heights_px.iter().map(at).sum()
-    };
+    let kpx = |height_px: f32, by: u32| (1.3 * f64::from(height_px) * f64::from(by)).powi(2) / 1e3;
+    let true_picture = |height_px: f32| seconds(cost::TRUTH, kpx(height_px, finer(height_px)));
+    let over_heights = |of: &dyn Fn(f32) -> f64| plan.heights_px.iter().map(|&height_px| of(height_px)).sum::<f64>();
     let angles = (plan.views.len() * plan.suns.len()) as f64;
     let firsts = (0..plan.views.len()).filter(|&view| plan.is_first(view)).count() as f64;
-    let ours = cost::SHARE * ktri;
     let levels = if plan.levels { cost::LEVELS } else { 0.0 };
     let frames = (plan.motion.orbit_frames + plan.motion.dolly_frames) as f64;
-    let [build, build_ktri] = cost::BUILD;
-    let [timing, timing_ktri] = cost::TIMING;
     let timings = plan.heights_px.len() as f64 * (1.0 + levels);
-    let truth = angles * pictures(ktri, finer) + plan.motion.orbit_frames as f64 * one(cost::FRAME, ktri, 16.0);
-    let method = (angles + levels * firsts) * pictures(ours, |_| 1)
-        + frames * one(cost::FRAME, ours, 36.0)
-        + timings * (plan.timing_ms as f64 + timing + timing_ktri * ours)
-        + build
-        + build_ktri * ktri;
-    (truth + methods * method) / 1e3
+    let pictures = (angles + levels * firsts) * over_heights(&|height_px| seconds(cost::PICTURE, kpx(height_px, 1)));
+    Spent {
+        truth_s: angles * over_heights(&true_picture) + frames * true_picture(ORBIT_PX),
+        build_s: methods * seconds(cost::BUILD, 0.0),
+        timing_s: methods * timings * (plan.timing_ms as f64 / 1e3 + seconds(cost::TIMING, 0.0)),
+        files_s: methods * seconds(cost::FILE, 0.0),
+        pictures_s: methods * pictures,
+        motion_s: methods * frames * seconds(cost::FRAME, kpx(ORBIT_PX, 1)),
+    }
 }
 
 /// One way to make a plan smaller: what is left out, and whether there was anything.
@@ -76,13 +118,13 @@ const THINNERS: [Thinner; 8] =
 pub fn fit(mut plan: Plan, triangles: usize, methods: usize, allowed_s: f64) -> (Plan, Budget) {
     let mut thinned = vec![];
     for thin in THINNERS {
-        if seconds(&plan, triangles, methods) <= allowed_s {
+        if planned(&plan, triangles, methods).sum() <= allowed_s {
             break;
         }
         thinned.extend(thin(&mut plan));
     }
-    let planned_s = seconds(&plan, triangles, methods);
-    (plan, Budget { allowed_s, planned_s, thinned, taken_s: 0.0, peak_mb: None })
+    let planned = planned(&plan, triangles, methods);
+    (plan, Budget { allowed_s, planned_s: planned.sum(), planned, thinned, ..Budget::default() })
 }
 
 fn kept(plan: &mut Plan, keep: impl Fn(&Plan, usize) -> bool) -> usize {
@@ -149,6 +191,10 @@ pub fn peak_mb() -> Option<f64> {
 mod tests {
     use super::*;
     use crate::compare::{Profile, Views};
+
+    fn seconds(plan: &Plan, triangles: usize, methods: usize) -> f64 {
+        planned(plan, triangles, methods).sum()
+    }
 
     #[test]
     fn a_plan_that_fits_is_left_alone_and_one_that_does_not_says_what_is_left_out() {

@@ -16,6 +16,7 @@ mod budget;
 pub mod chain;
 mod contender;
 mod cost;
+mod film;
 mod motion;
 pub mod page;
 pub mod papers;
@@ -32,7 +33,7 @@ mod truth;
 
 use serde::{Deserialize, Serialize};
 
-pub use budget::{Budget, fit, peak_mb};
+pub use budget::{Budget, Spent, fit, peak_mb};
 pub use contender::{Contender, Workshop};
 pub use cost::Cost;
 pub use motion::{Motion, largest_step};
@@ -103,8 +104,10 @@ pub struct MethodRun {
     pub disk_bytes: usize,
     /// Its levels by name, and the distances at which they are all there.
     pub levels: Vec<(String, f32)>,
-    /// In motion.
-    pub motion: Motion,
+    /// In motion; `None` where it could not be looked at.
+    pub motion: Option<Motion>,
+    /// Where the time went.
+    pub spent: Spent,
     /// What a user should know.
     pub warnings: Vec<String>,
     /// By level and distance.

@@ -1,35 +1,60 @@
-//! What moves: flicker on a walk round the tree, popping on a walk away from it, each against what the truth itself does.
+//! What moves: a walk round the tree, on which stand-ins flicker, and one away from it, on which they pop; each held against what the truth
+//! itself does: frame by frame, and as a person sees the whole film (ColorVideoVDP).
 
 use image::{RgbImage, RgbaImage, imageops};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
-use crate::metrics::{flip, over};
-use crate::render::{Projection, Renderer, Shot, Tree};
-use crate::repr::{BuiltTree, Drawn, REFERENCE_FOCAL_PX};
+use crate::metrics::{film_quality_jod, flip};
+use crate::render::{Renderer, Tree};
+use crate::repr::{BuiltTree, Drawn};
 
-use super::plan::{MotionPlan, Plan, View};
-use super::staging::{BACKGROUNDS, Stage};
+use super::film::{self, DOLLY_SIDE_PX, Frame, height_px};
+use super::plan::{MotionPlan, Plan};
+use super::staging::Stage;
 
 /// How a method behaves in motion.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     /// FLIP from frame to frame on an orbit, over that of the truth: 1 flickers as the tree does, more flickers more.
     pub flicker: f64,
+    /// Quality of that film beside the truth's, just-objectionable differences: 10 is as good.
+    pub orbit_jod: f64,
     /// Largest step of a dolly over the median of those around it: up to 2 nothing jumps. `None` where nothing changes with distance, so that
     /// nothing can.
     pub popping: Option<f64>,
-    /// How many pixels high the tree is at that step.
+    /// Quality of that film beside the truth's.
+    pub dolly_jod: Option<f64>,
+    /// How many pixels high the tree is at the largest step.
     pub largest_at_px: Option<f32>,
+}
+
+/// The truth in motion.
+#[derive(Debug, Default)]
+pub struct TrueMotion {
+    /// The walk round it.
+    pub orbit: Vec<RgbImage>,
+    /// The walk away from it.
+    pub dolly: Vec<RgbImage>,
+    /// Mean FLIP from frame to frame on the first.
+    pub flicker: f64,
+}
+
+impl TrueMotion {
+    /// Of the frames of both walks.
+    ///
+    /// # Errors
+    /// [`UnlikeSizes`](crate::Error::UnlikeSizes).
+    pub fn of(orbit: Vec<RgbImage>, dolly: Vec<RgbImage>) -> Result<Self> {
+        let flicker = mean_step(&orbit)?;
+        Ok(Self { orbit, dolly, flicker })
+    }
 }
 
 /// Names of the strips among a method's pictures.
 pub const STRIPS: [&str; 2] = ["orbit.png", "dolly.png"];
 
-/// How high the tree is on the orbit, and the side of the dolly's pictures, pixels.
-const ORBIT_PX: f32 = 96.0;
-const DOLLY_SIDE_PX: u32 = 192;
 /// Pictures of a strip, and how high they are, pixels.
 const OF_STRIP: usize = 6;
 const STRIP_PX: u32 = 128;
@@ -38,23 +63,23 @@ const STRIP_PX: u32 = 128;
 /// of the dolly around its largest step.
 ///
 /// # Errors
-/// Those of [`Renderer::picture`].
+/// Those of [`Renderer::picture`], and of [`film_quality_jod`].
 pub fn measure(
     renderer: &mut Renderer,
     stage: &Stage,
     (built, tree): (&BuiltTree, &Tree),
     plan: &Plan,
-    truth_flicker: f64,
+    truth: &TrueMotion,
 ) -> Result<(Motion, Vec<(&'static str, RgbaImage)>)> {
-    let round = orbit(renderer, stage, tree, plan)?;
-    let flicker = mean_step(&round)?;
-    let still = Motion { flicker: if truth_flicker > 0.0 { flicker / truth_flicker } else { 1.0 }, ..Motion::default() };
+    let mut film = |frames: Vec<Frame>| frames.iter().map(|frame| frame.take(renderer, stage, tree)).collect::<Result<Vec<_>>>();
+    let round = film(film::orbit(stage, plan))?;
+    let still = on_orbit(truth, &round)?;
     let spread = |i: usize| i * (round.len() - 1) / (OF_STRIP - 1).max(1);
     let orbit_strip = (STRIPS[0], strip(&(0..OF_STRIP).map(|i| &round[spread(i)]).collect::<Vec<_>>()));
     if !changes_with_distance(built) {
         return Ok((still, vec![orbit_strip]));
     }
-    let away = dolly(renderer, stage, tree, plan)?;
+    let away = film(film::dolly(stage, plan))?;
     let steps = dolly_steps(&away, plan.motion)?;
     let (largest, popping) = largest(&steps);
     // The step from frame `largest` to the next lies in the middle.
@@ -64,8 +89,19 @@ pub fn measure(
     let corner = (DOLLY_SIDE_PX - side_px) / 2;
     let part = |frame: &RgbImage| imageops::crop_imm(frame, corner, corner, side_px, side_px).to_image();
     let around: Vec<RgbImage> = away.iter().skip(first).take(OF_STRIP).map(part).collect();
-    let motion = Motion { popping: Some(popping), largest_at_px: Some(height_px(plan.motion, largest)), ..still };
+    let motion = Motion {
+        popping: Some(popping),
+        dolly_jod: Some(film_quality_jod(&truth.dolly, &away)?),
+        largest_at_px: Some(height_px(plan.motion, largest)),
+        ..still
+    };
     Ok((motion, vec![orbit_strip, (STRIPS[1], strip(&around.iter().collect::<Vec<_>>()))]))
+}
+
+/// What there is to say of the frames of a walk round a stand-in.
+fn on_orbit(truth: &TrueMotion, round: &[RgbImage]) -> Result<Motion> {
+    let flicker = if truth.flicker > 0.0 { mean_step(round)? / truth.flicker } else { 1.0 };
+    Ok(Motion { flicker, orbit_jod: film_quality_jod(&truth.orbit, round)?, ..Motion::default() })
 }
 
 /// Whether anything appears, vanishes or thins out between one distance and another.
@@ -76,53 +112,13 @@ fn changes_with_distance(built: &BuiltTree) -> bool {
     })
 }
 
-/// The frames of a walk round the tree.
-///
-/// # Errors
-/// Those of [`Renderer::picture`].
-pub fn orbit(renderer: &mut Renderer, stage: &Stage, tree: &Tree, plan: &Plan) -> Result<Vec<RgbImage>> {
-    let view = |i: usize| View { azimuth_deg: 10.0 + MotionPlan::ORBIT_STEP_DEG * i as f32, elevation_deg: 12.0 };
-    let (camera, side_px) = stage.camera(view(0), ORBIT_PX);
-    let frame = |i: usize| {
-        // One window and angle for all frames.
-        let mut shot = stage.shot(view(i), ORBIT_PX, plan.suns[0], None);
-        (shot.size_px, shot.camera.projection) = ([side_px; 2], camera.projection);
-        Ok(over(&stage.see(renderer, tree, &shot)?.color, BACKGROUNDS[0]))
-    };
-    (0..plan.motion.orbit_frames.max(2)).map(frame).collect()
-}
-
 /// The mean FLIP from frame to frame.
 ///
 /// # Errors
 /// [`UnlikeSizes`](crate::Error::UnlikeSizes).
-pub fn mean_step(frames: &[RgbImage]) -> Result<f64> {
+fn mean_step(frames: &[RgbImage]) -> Result<f64> {
     let steps: Vec<f64> = frames.par_windows(2).map(|pair| Ok(flip(&pair[0], &pair[1])?.mean)).collect::<Result<_>>()?;
     Ok(steps.iter().sum::<f64>() / steps.len().max(1) as f64)
-}
-
-/// How many pixels high the tree is in a frame of the dolly.
-fn height_px(motion: MotionPlan, frame: usize) -> f32 {
-    let [first, last] = motion.dolly_px;
-    first * (last / first).powf(frame as f32 / motion.dolly_frames.max(1) as f32)
-}
-
-/// The frames of a walk away from the tree. The nearest show a part of it.
-fn dolly(renderer: &mut Renderer, stage: &Stage, tree: &Tree, plan: &Plan) -> Result<Vec<RgbImage>> {
-    let view = View { azimuth_deg: 20.0, elevation_deg: 10.0 };
-    let frame = |i: usize| {
-        let shot = stage.shot(view, height_px(plan.motion, i), plan.suns[0], None);
-        let fov_y_rad = 2.0 * (0.5 * DOLLY_SIDE_PX as f32 / REFERENCE_FOCAL_PX).atan();
-        let camera = match shot.camera.projection {
-            Projection::Perspective { near_m, .. } => {
-                crate::render::Camera { projection: Projection::Perspective { fov_y_rad, near_m }, ..shot.camera }
-            }
-            Projection::Orthographic { .. } => shot.camera,
-        };
-        let shot = Shot { camera, size_px: [DOLLY_SIDE_PX; 2], ..shot };
-        Ok(over(&stage.see(renderer, tree, &shot)?.color, BACKGROUNDS[0]))
-    };
-    (0..=plan.motion.dolly_frames.max(1)).map(frame).collect()
 }
 
 /// FLIP from frame to frame, over what the tree takes of the picture.
@@ -177,10 +173,30 @@ mod tests {
         assert_eq!(largest_step(&[]), 0.0);
     }
 
+    /// A tree that turns by a pixel a frame before a bright sky.
+    fn film(frames: u32, shade: impl Fn(u32) -> f32) -> Vec<RgbImage> {
+        let frame = |n: u32| {
+            RgbImage::from_fn(64, 64, |x, y| {
+                let there = (x as i32 - 32).pow(2) + (y as i32 - 32).pow(2) < 600;
+                let leaf = if ((x + n) / 3 + y / 4).is_multiple_of(2) { 60.0 } else { 110.0 };
+                image::Rgb(if there { [0.7, 1.0, 0.4].map(|part| (part * leaf * shade(n)) as u8) } else { [226, 234, 242] })
+            })
+        };
+        (0..frames).map(frame).collect()
+    }
+
     #[test]
-    fn the_walk_away_goes_from_end_to_end() {
-        let motion = MotionPlan { orbit_frames: 2, dolly_frames: 10, dolly_px: [200.0, 20.0] };
-        assert!((height_px(motion, 0) - 200.0).abs() < 1e-3 && (height_px(motion, 10) - 20.0).abs() < 1e-3);
+    fn flicker_and_a_pop_are_seen_and_the_truth_itself_has_neither() {
+        let truth = TrueMotion::of(film(12, |_| 1.0), film(12, |_| 1.0)).unwrap();
+        let itself = on_orbit(&truth, &truth.orbit).unwrap();
+        assert_eq!((itself.flicker, itself.orbit_jod), (1.0, 10.0));
+        let flickers = on_orbit(&truth, &film(12, |n| if n.is_multiple_of(2) { 1.0 } else { 1.2 })).unwrap();
+        assert!(flickers.flicker > 1.1 && flickers.orbit_jod < 9.5, "{flickers:?}");
+        // As much off, but all the time: less than flicker is.
+        let darker = on_orbit(&truth, &film(12, |_| 1.2)).unwrap();
+        assert!(darker.orbit_jod < 9.99 && darker.flicker < flickers.flicker, "{darker:?}");
+        let pops = film_quality_jod(&truth.dolly, &film(12, |n| if n < 6 { 1.0 } else { 1.4 })).unwrap();
+        assert!(pops < 9.7, "{pops}");
     }
 
     #[test]

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use minijinja::context;
 use serde::Serialize;
 
-use crate::metrics::PIXELS_PER_DEGREE;
+use crate::metrics::{FRAMES_PER_SECOND, PIXELS_PER_DEGREE};
 use crate::page::{self, safe};
 use crate::repr::REFERENCE_FOCAL_PX;
 use crate::{Result, files};
@@ -58,6 +58,8 @@ struct Report<'a> {
     /// A tree that stands `d` of its heights away is `focal_px / d` pixels high.
     focal_px: f32,
     pixels_per_degree: f32,
+    /// At which films are judged.
+    frames_per_second: f32,
     backgrounds: [[u8; 3]; 2],
     source: &'a str,
     height_m: f32,
@@ -114,6 +116,7 @@ fn data(comparison: &Comparison, identity: &Identity, asked: Asked) -> Result<St
         cost: asked.cost,
         focal_px: REFERENCE_FOCAL_PX,
         pixels_per_degree: PIXELS_PER_DEGREE,
+        frames_per_second: FRAMES_PER_SECOND,
         backgrounds: BACKGROUNDS,
         source: &comparison.source,
         height_m: comparison.height_m,
@@ -138,11 +141,11 @@ fn html(source: &str, json: &str) -> Result<String> {
     page::render(TEMPLATE, context! { source, style => safe(style), script => safe(script), data => safe(json) })
 }
 
-/// A line per picture.
+/// A line per picture, then one per film: that of a walk round the tree has its flicker for a change, that of a walk away its popping.
 fn cells(comparison: &Comparison) -> Vec<u8> {
     let mut text = "method,level,azimuth_deg,elevation_deg,height_px,sun".to_owned();
     COLUMNS.iter().for_each(|column| text += &format!(",{}", column.id));
-    text += ",failed";
+    text += ",film,change,jod,failed";
     for cell in &comparison.cells {
         let view = comparison.plan.views[cell.view];
         let level = cell.level.as_deref().unwrap_or("");
@@ -151,7 +154,14 @@ fn cells(comparison: &Comparison) -> Vec<u8> {
             None => COLUMNS.iter().for_each(|column| text += &format!(",{:.5}", (column.of)(&cell.error))),
             Some(_) => text += &",".repeat(COLUMNS.len()),
         }
-        text += &format!(",{}", cell.failed.as_deref().map_or_else(String::new, |why| format!("\"{}\"", why.replace('"', "\"\""))));
+        text +=
+            &format!(",,,,{}", cell.failed.as_deref().map_or_else(String::new, |why| format!("\"{}\"", why.replace('"', "\"\""))));
+    }
+    for (run, motion) in comparison.methods.iter().filter_map(|run| Some((run, run.motion?))) {
+        let away = motion.popping.zip(motion.dolly_jod).map(|(popping, jod)| ("dolly", popping, jod));
+        for (film, change, jod) in [("orbit", motion.flicker, motion.orbit_jod)].into_iter().chain(away) {
+            text += &format!("\n{}{},{film},{change:.5},{jod:.5},", run.method, ",".repeat(5 + COLUMNS.len()));
+        }
     }
     text.push('\n');
     text.into_bytes()

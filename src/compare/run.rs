@@ -6,19 +6,21 @@ use std::sync::{Mutex, PoisonError, RwLock, RwLockWriteGuard};
 use std::thread;
 use std::time::Instant;
 
-use crate::render::Renderer;
+use crate::render::{Renderer, Tree};
 use crate::repr::{self, METHODS};
 use crate::{Error, Result};
 
 use super::bench::Bench;
-use super::budget::{self, Budget};
+use super::budget::{self, Budget, Spent};
 use super::contender::{Contender, Workshop};
+use super::film::{self, Frame};
+use super::motion::TrueMotion;
 use super::photograph::Photograph;
 use super::pictures::{self, Look, TRUTH_FOLDER};
 use super::plan::Plan;
 use super::staging::{Seen, Stage};
 use super::store::Store;
-use super::{Comparison, TRUTH, motion, truth};
+use super::{Comparison, TRUTH, truth};
 
 /// What is to be compared.
 pub struct Request<'a> {
@@ -53,8 +55,8 @@ pub(super) struct Hall<'a> {
     pub looks: Vec<Look>,
     /// The truth, look by look.
     pub truth: Vec<Seen>,
-    /// How much the truth itself changes from frame to frame on the orbit.
-    pub truth_flicker: f64,
+    /// The truth in motion.
+    pub true_motion: TrueMotion,
     /// Whoever times something holds it alone; whoever draws or reckons shares it.
     quiet: RwLock<()>,
     done: AtomicUsize,
@@ -67,10 +69,13 @@ impl Hall<'_> {
         self.quiet.write().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Works beside others.
-    pub fn shared<T>(&self, work: impl FnOnce() -> T) -> T {
+    /// Works beside others, and adds what it took to `seconds`.
+    pub fn shared<T>(&self, seconds: &mut f64, work: impl FnOnce() -> T) -> T {
         let _shared = self.quiet.read().unwrap_or_else(PoisonError::into_inner);
-        work()
+        let begun = Instant::now();
+        let done = work();
+        *seconds += begun.elapsed().as_secs_f64();
+        done
     }
 
     /// So many more pictures are done.
@@ -97,32 +102,31 @@ pub fn run(
         stage: Stage { bounds: request.shop.source.box_of_all()? },
         looks: pictures::looks(request.plan),
         truth: vec![],
-        truth_flicker: 0.0,
+        true_motion: TrueMotion::default(),
         quiet: RwLock::new(()),
         done: AtomicUsize::new(0),
         told,
     };
     let waiting: Vec<&Contender> = request.contenders.iter().filter(|of| store.finished(of.id()).is_none()).collect();
     hall.tell(TRUTH_FOLDER, (request.contenders.len() - waiting.len()) * hall.looks.len());
+    let mut truth_s = 0.0;
     if !waiting.is_empty() {
         take_truth(renderers, &mut hall)?;
+        truth_s = begun.elapsed().as_secs_f64();
         work(renderers, &hall, &waiting, &Mutex::new(&mut *store))?;
     }
     store.add_time(begun.elapsed().as_secs_f64())?;
-    let mut comparison = Comparison {
+    let finished: Vec<_> = request.contenders.iter().map(|of| store.finished(of.id()).expect("all are").clone()).collect();
+    let (methods, cells): (Vec<_>, Vec<_>) = finished.into_iter().unzip();
+    let spent = Spent::of_all(truth_s, methods.iter().map(|run| &run.spent), renderers.len());
+    Ok(Comparison {
         source: request.shop.source.name().to_owned(),
         height_m: hall.stage.height_m(),
         plan: request.plan.clone(),
-        budget: Budget { taken_s: store.taken_s(), peak_mb: budget::peak_mb(), ..request.budget.clone() },
-        methods: vec![],
-        cells: vec![],
-    };
-    for contender in request.contenders {
-        let (run, cells) = store.finished(contender.id()).expect("all are").clone();
-        comparison.methods.push(run);
-        comparison.cells.extend(cells);
-    }
-    Ok(comparison)
+        budget: Budget { taken_s: store.taken_s(), spent, peak_mb: budget::peak_mb(), ..request.budget.clone() },
+        methods,
+        cells: cells.concat(),
+    })
 }
 
 /// Every method that there is, by id.
@@ -130,34 +134,48 @@ pub fn every_method() -> Vec<String> {
     METHODS.iter().map(|method| method.id().to_owned()).collect()
 }
 
-/// The truth's pictures, each renderer some of them.
+/// The truth's pictures and films, each renderer some of them.
 fn take_truth(renderers: &mut [Renderer], hall: &mut Hall) -> Result<()> {
     let built = Contender::Method(repr::method(TRUTH)?).build(&hall.request.shop)?;
     let trees = renderers.iter().map(|renderer| renderer.upload_built(&built)).collect::<Result<Vec<_>>>()?;
-    let (next, here) = (AtomicUsize::new(0), &*hall);
-    let take = |renderer: &mut Renderer, tree: &_| -> Result<Vec<(usize, Seen)>> {
-        let mut taken = vec![];
-        while let Some(look) = here.looks.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let seen = truth::take(renderer, &here.stage, tree, look, here.request.photograph)?;
-            pictures::keep(here.request.folder, here.request.plan, TRUTH_FOLDER, look, &seen.color)?;
-            here.tell(TRUTH_FOLDER, 1);
-            taken.push((look.number, seen));
-        }
-        Ok(taken)
+    let mut hands: Hands = renderers.iter_mut().zip(&trees).collect();
+    let (here, plan) = (&*hall, hall.request.plan);
+    let looks = side_by_side(&mut hands, here.looks.len(), |renderer, tree, i| {
+        let look = &here.looks[i];
+        let seen = truth::take(renderer, &here.stage, tree, look, here.request.photograph)?;
+        pictures::keep(here.request.folder, plan, TRUTH_FOLDER, look, &seen.color)?;
+        here.tell(TRUTH_FOLDER, 1);
+        Ok(seen)
+    })?;
+    let mut film = |frames: Vec<Frame>| {
+        side_by_side(&mut hands, frames.len(), |renderer, tree, i| frames[i].take_true(renderer, &here.stage, tree))
     };
-    let mut taken: Vec<(usize, Seen)> = thread::scope(|scope| {
-        let take = &take;
-        let hands: Vec<_> =
-            renderers.iter_mut().zip(&trees).map(|(renderer, tree)| scope.spawn(move || take(renderer, tree))).collect();
-        let all = hands.into_iter().map(|hand| hand.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
-        all.collect::<Result<Vec<_>>>().map(|all| all.concat())
+    let true_motion = TrueMotion::of(film(film::orbit(&here.stage, plan))?, film(film::dolly(&here.stage, plan))?)?;
+    (hall.truth, hall.true_motion) = (looks, true_motion);
+    Ok(())
+}
+
+/// Renderers, each with the tree that it draws.
+type Hands<'a> = Vec<(&'a mut Renderer, &'a Tree)>;
+
+/// What `take` takes, number by number; whoever is free takes the next.
+fn side_by_side<T: Send>(
+    hands: &mut Hands,
+    count: usize,
+    take: impl Fn(&mut Renderer, &Tree, usize) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
+    let (next, take) = (&AtomicUsize::new(0), &take);
+    let some = |renderer: &mut Renderer, tree: &Tree| -> Result<Vec<(usize, T)>> {
+        let numbers = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed)).take_while(|number| *number < count);
+        numbers.map(|number| Ok((number, take(renderer, tree, number)?))).collect()
+    };
+    let mut taken: Vec<(usize, T)> = thread::scope(|scope| {
+        let working: Vec<_> = hands.iter_mut().map(|(renderer, tree)| scope.spawn(|| some(renderer, tree))).collect();
+        let all = working.into_iter().map(|hand| hand.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        all.collect::<Result<Vec<_>>>().map(|all| all.into_iter().flatten().collect())
     })?;
     taken.sort_by_key(|(number, _)| *number);
-    let plan = hall.request.plan;
-    let orbit = motion::orbit(&mut renderers[0], &hall.stage, &trees[0], plan)?;
-    hall.truth_flicker = motion::mean_step(&orbit)?;
-    hall.truth = taken.into_iter().map(|(_, seen)| seen).collect();
-    Ok(())
+    Ok(taken.into_iter().map(|(_, one)| one).collect())
 }
 
 /// Each renderer takes one contender after the other, until none waits or a fault concerns them all.

@@ -17,16 +17,22 @@ use super::staging::{Seen, Stage};
 /// # Errors
 /// Those of the renderer.
 pub fn take(renderer: &mut Renderer, stage: &Stage, tree: &Tree, look: &Look, photograph: Option<&Photograph>) -> Result<Seen> {
-    let shot = stage.shot_of(look, None);
-    let [side, _] = shot.size_px;
-    let by = finer(look.height_px);
-    let large = Shot { size_px: [side * by; 2], ..shot };
-    let seen = coarser(&stage.see(renderer, tree, &large)?, by);
+    let seen = see(renderer, stage, tree, &stage.shot_of(look, None), look.height_px)?;
     // A photograph has no depth: the model's counts.
     Ok(match photograph.filter(|_| look.photographed) {
         Some(photograph) => Seen { color: photograph.seen(stage, look.height_px), ..seen },
         None => seen,
     })
+}
+
+/// What a shot shows of a tree that is so high in it, each pixel the mean of several.
+///
+/// # Errors
+/// Those of the renderer.
+pub fn see(renderer: &mut Renderer, stage: &Stage, tree: &Tree, shot: &Shot, height_px: f32) -> Result<Seen> {
+    let by = finer(height_px);
+    let large = Shot { size_px: shot.size_px.map(|side| side * by), ..shot.clone() };
+    Ok(coarser(&stage.see(renderer, tree, &large)?, by))
 }
 
 /// Of how many pixels along each side one of the truth is the mean: enough for leaves that are far smaller than it. With four for a tree of

@@ -3,8 +3,9 @@
 
 use serde::Serialize;
 
-use super::drive::{FollowParams, Grove, Trail, shot};
+use super::drive::{Grove, shot};
 use super::scene::Scene;
+use super::trail::Trail;
 use crate::render::{Batch, CullParams, Culling, Renderer};
 use crate::{Error, Result};
 
@@ -49,20 +50,16 @@ impl Chosen {
     }
 }
 
-/// Measures both and sets whoever is faster, unless `params` say who culls. Batches but the indirect are for the processor.
+/// Measures both and sets whoever is faster in the scene, unless that says who culls. Batches but the indirect are for the processor.
 ///
 /// # Errors
 /// Those of [`Renderer::cull_ms`]; where it is the device's choice but not told to, that it cannot is none.
-pub fn choose(
-    renderer: &mut Renderer,
-    grove: &mut Grove,
-    scene: &Scene,
-    (cull, follow): (&mut CullParams, &FollowParams),
-) -> Result<Chosen> {
+pub fn choose(renderer: &mut Renderer, grove: &mut Grove, scene: &mut Scene) -> Result<Chosen> {
+    let cull = scene.file.culling.clone();
     let asked = cull.culling;
     let mut chosen = Chosen { asked, ..Chosen::default() };
     if cull.batch == Batch::Indirect {
-        let mut measured = |culling| median_ms(renderer, grove, scene, (&CullParams { culling, ..cull.clone() }, follow));
+        let mut measured = |culling| median_ms(renderer, grove, scene, &CullParams { culling, ..cull.clone() });
         chosen.cpu_ms = Some(measured(Culling::Cpu)?);
         match measured(Culling::Compute) {
             Ok(ms) => chosen.compute_ms = Some(ms),
@@ -72,25 +69,20 @@ pub fn choose(
     }
     if asked == Culling::Auto {
         let faster = chosen.cpu_ms.zip(chosen.compute_ms).is_some_and(|(cpu, compute)| compute < cpu);
-        cull.culling = if faster { Culling::Compute } else { Culling::Cpu };
+        scene.file.culling.culling = if faster { Culling::Compute } else { Culling::Cpu };
     }
-    chosen.by = if cull.on_device() { Culling::Compute } else { Culling::Cpu };
+    chosen.by = if scene.file.culling.on_device() { Culling::Compute } else { Culling::Cpu };
     Ok(chosen)
 }
 
-fn median_ms(
-    renderer: &mut Renderer,
-    grove: &mut Grove,
-    scene: &Scene,
-    (cull, follow): (&CullParams, &FollowParams),
-) -> Result<f64> {
+fn median_ms(renderer: &mut Renderer, grove: &mut Grove, scene: &Scene, cull: &CullParams) -> Result<f64> {
     let mut all = vec![];
     for turn in 0..TURNS {
         let mut trail = Trail::default();
         for place in 0..PLACES {
             let time_s = scene.path.length_s() * place as f32 / PLACES as f32;
             let look = scene.path.at(time_s);
-            let mut shot = shot(scene, look, time_s, trail.follow(look.eye, time_s, follow), 0);
+            let mut shot = shot(scene, look, time_s, trail.follow(look.eye, time_s, &scene.file.levels), 0);
             // A still camera is culled once: every time it stands a little elsewhere.
             shot.camera.eye.y += 1e-3 * turn as f32;
             let ms = renderer.cull_ms(&shot, grove.world(cull, None))?;

@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::path::Look;
 use super::scene::Scene;
 use super::stock::Stock;
+use super::trail::Trail;
 use crate::Result;
 use crate::gpu::layout::Placed;
 use crate::render::{
@@ -12,18 +13,6 @@ use crate::render::{
     World,
 };
 use crate::repr::{Level, Seen};
-
-crate::params! {
-    /// How levels of detail follow the camera.
-    pub struct FollowParams {
-        /// The point from which distances are told follows the camera once it is farther away: to and fro within changes no level.
-        slack_m: f64 = 1.0, in 0.0..=100.0, unit "m", source "ours: hysteresis";
-        /// Everything counts as so many times as far away: 2 draws each tree as if it were half as high in the picture.
-        coarser: f64 = 1.6, in 0.1..=10.0, unit "", source "ours: among many trees an error of a pixel and a half does not show";
-        /// At that speed of the camera everything counts as twice as far away; 0 for never.
-        haste_m_s: f64 = 60.0, in 0.0..=10_000.0, unit "m/s", source "Truelsen §9.2: high speed requires lower details; the speed is ours";
-    }
-}
 
 /// A scene on the device.
 #[derive(Debug)]
@@ -94,31 +83,6 @@ fn levels_of(tree: &Tree, levels: &[Level]) -> Vec<(Level, Vec<usize>)> {
     levels.iter().map(of_level).collect()
 }
 
-/// The point from which distances are told: it trails the camera.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Trail {
-    eye: Option<Vec3>,
-    camera: Option<(f32, Vec3)>,
-}
-
-impl Trail {
-    /// Who stands for the camera now; `time_s` rises from call to call.
-    pub fn follow(&mut self, camera: Vec3, time_s: f32, params: &FollowParams) -> LevelViewer {
-        let slack = params.slack_m as f32;
-        let eye = match self.eye {
-            Some(eye) if eye.distance(camera) > slack => camera + slack * (eye - camera).normalize_or_zero(),
-            Some(eye) => eye,
-            None => camera,
-        };
-        let speed =
-            self.camera.filter(|(before, _)| time_s > *before).map_or(0.0, |(before, at)| at.distance(camera) / (time_s - before));
-        (self.eye, self.camera) = (Some(eye), Some((time_s, camera)));
-        let haste = params.haste_m_s as f32;
-        let hurried = if haste > 0.0 { 1.0 + speed / haste } else { 1.0 };
-        LevelViewer { eye, farther: params.coarser as f32 * hurried }
-    }
-}
-
 /// One frame that was drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
@@ -171,13 +135,7 @@ const WARM_UP: u32 = 3;
 ///
 /// # Errors
 /// Those of [`Renderer::frame`]; frames before stay with whom they were told.
-pub fn drive(
-    renderer: &mut Renderer,
-    grove: &mut Grove,
-    scene: &Scene,
-    (cull, follow): (&CullParams, &FollowParams),
-    told: &mut dyn FnMut(u32, Frame) -> bool,
-) -> Result<()> {
+pub fn drive(renderer: &mut Renderer, grove: &mut Grove, scene: &Scene, told: &mut dyn FnMut(u32, Frame) -> bool) -> Result<()> {
     let frames = scene.file.frames;
     let step_s = scene.path.length_s() / frames.saturating_sub(1).max(1) as f32;
     let mut trail = Trail::default();
@@ -185,8 +143,8 @@ pub fn drive(
         let at = number.saturating_sub(WARM_UP);
         let time_s = at as f32 * step_s;
         let look = scene.path.at(time_s);
-        let shot = shot(scene, look, time_s, trail.follow(look.eye, time_s, follow), at);
-        let passes = renderer.timed(&shot, grove.world(cull, None))?;
+        let shot = shot(scene, look, time_s, trail.follow(look.eye, time_s, &scene.file.levels), at);
+        let passes = renderer.timed(&shot, grove.world(&scene.file.culling, None))?;
         grove.tally(renderer)?;
         let frame = Frame {
             time_s,
@@ -210,20 +168,14 @@ pub fn drive(
 ///
 /// # Errors
 /// Those of [`Renderer::picture`].
-pub fn picture(
-    renderer: &mut Renderer,
-    grove: &mut Grove,
-    scene: &Scene,
-    (cull, follow): (&CullParams, &FollowParams),
-    number: u32,
-) -> Result<Picture> {
+pub fn picture(renderer: &mut Renderer, grove: &mut Grove, scene: &Scene, number: u32) -> Result<Picture> {
     let step_s = scene.path.length_s() / scene.file.frames.saturating_sub(1).max(1) as f32;
     let mut trail = Trail::default();
     let mut viewer = LevelViewer { eye: Vec3::ZERO, farther: 1.0 };
     // Where the trail is depends on the whole way.
     for at in 0..=number {
-        viewer = trail.follow(scene.path.at(at as f32 * step_s).eye, at as f32 * step_s, follow);
+        viewer = trail.follow(scene.path.at(at as f32 * step_s).eye, at as f32 * step_s, &scene.file.levels);
     }
     let time_s = number as f32 * step_s;
-    renderer.picture(&shot(scene, scene.path.at(time_s), time_s, viewer, number), grove.world(cull, None))
+    renderer.picture(&shot(scene, scene.path.at(time_s), time_s, viewer, number), grove.world(&scene.file.culling, None))
 }

@@ -14,6 +14,7 @@ pub mod record;
 pub mod scene;
 pub mod stock;
 pub mod terrain;
+pub mod trail;
 
 use glam::Vec3;
 

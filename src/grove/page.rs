@@ -13,13 +13,14 @@ use crate::params::{ParamSet, ParamSpec};
 use crate::render::CullParams;
 use crate::{Error, Result, files};
 
-use super::drive::{FollowParams, Frame};
+use super::drive::Frame;
 use super::path::CameraParams;
 use super::placement::PlantingParams;
 use super::plots::{Chart, Curve, Drawing, Drawn};
 use super::record::{Drive, PASSES, Summary};
 use super::scene::StageParams;
 use super::terrain::TerrainParams;
+use super::trail::FollowParams;
 
 const TEMPLATE: &str = include_str!("page/grove.html");
 const STYLE: &str = include_str!("page/grove.css");

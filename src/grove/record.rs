@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::culling::Chosen;
-use super::drive::{FollowParams, Frame, Grove};
+use super::drive::{Frame, Grove};
 use super::scene::Scene;
 use crate::compare::peak_mb;
 use crate::model::About;
@@ -28,16 +28,12 @@ pub struct Started {
 }
 
 /// On what and how a drive was made.
-pub struct Setting<'a> {
+pub struct Setting {
     /// Adapter and driver.
     pub adapter: String,
     /// The command line.
     pub command: String,
-    /// How trees were culled.
-    pub cull: &'a CullParams,
-    /// How levels followed.
-    pub follow: &'a FollowParams,
-    /// Who did it in the end.
+    /// Who culls.
     pub culling: Chosen,
     /// What came before the first frame.
     pub started: Started,
@@ -150,7 +146,7 @@ const UNFINISHED: &str = "frames.csv.part";
 pub struct Recorder<'a> {
     folder: PathBuf,
     scene: &'a Scene,
-    setting: &'a Setting<'a>,
+    setting: &'a Setting,
     species: Vec<OfSpecies>,
     csv: BufWriter<File>,
     frames: Vec<Frame>,
@@ -161,7 +157,7 @@ impl<'a> Recorder<'a> {
     ///
     /// # Errors
     /// [`Error::Write`] when it cannot be written to.
-    pub fn new(folder: &Path, scene: &'a Scene, grove: &Grove, setting: &'a Setting<'a>) -> Result<Self> {
+    pub fn new(folder: &Path, scene: &'a Scene, grove: &Grove, setting: &'a Setting) -> Result<Self> {
         let mut trees = vec![0; scene.species.len()];
         scene.planted.iter().for_each(|tree| trees[usize::from(tree.species)] += 1);
         let of_one = |((species, levels), trees): ((&super::placement::SpeciesSize, Vec<&str>), usize)| OfSpecies {
@@ -231,7 +227,8 @@ impl<'a> Recorder<'a> {
         let median_ms = of(&|frame: &Frame| frame.ms, 0.5);
         let file = &self.scene.file;
         let trees = self.scene.planted.len();
-        let Setting { cull, follow, .. } = self.setting;
+        // As it was asked for, whatever was chosen then.
+        let asked = CullParams { culling: self.setting.culling.asked, ..file.culling.clone() };
         Summary {
             program: About::this_program(),
             commit: env!("SPHEREBOARD_COMMIT"),
@@ -262,7 +259,7 @@ impl<'a> Recorder<'a> {
             uploaded_bytes: self.frames.iter().map(|frame| frame.uploaded_bytes).sum(),
             species: self.species.clone(),
             parameters: json!({ "terrain": file.terrain, "planting": file.planting, "camera": file.camera, "stage": file.stage,
-                "culling": cull, "levels": follow }),
+                "culling": asked, "levels": file.levels }),
         }
     }
 }
@@ -270,8 +267,9 @@ impl<'a> Recorder<'a> {
 impl Summary {
     /// In a sentence.
     pub fn sentence(&self) -> String {
+        let s = if self.trees == 1 { "" } else { "s" };
         format!(
-            "{} trees, {} × {}: {:.1} frames a second (median {:.1} ms, 99 % within {:.1} ms), {:.0} trees in the picture",
+            "{} tree{s}, {} × {}: {:.1} frames a second (median {:.1} ms, 99 % within {:.1} ms), {:.0} of them in the picture",
             self.trees, self.size_px[0], self.size_px[1], self.fps, self.median_ms, self.p99_ms, self.trees_seen
         )
     }

@@ -2,19 +2,22 @@
 
 mod layout;
 mod presets;
+mod table;
 
 use std::path::{Path as FilePath, PathBuf};
 
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
 pub use layout::{Scene, lay_out};
 pub use presets::{PRESETS, Preset, preset};
+use table::table;
 
 use super::path::{CameraParams, Key};
 use super::placement::{PlantingParams, check_number};
 use super::terrain::TerrainParams;
+use super::trail::FollowParams;
 use crate::params::ParamSet;
-use crate::render::Stage;
+use crate::render::{CullParams, Stage};
 use crate::{Error, Result, files, repr};
 
 crate::params! {
@@ -125,6 +128,12 @@ described! {
         /// Light and air.
         #[serde(deserialize_with = "table")]
         pub stage: StageParams,
+        /// How levels of detail follow the camera.
+        #[serde(deserialize_with = "table")]
+        pub levels: FollowParams,
+        /// Which trees are drawn, and how.
+        #[serde(deserialize_with = "table")]
+        pub culling: CullParams,
     }
 }
 
@@ -146,25 +155,14 @@ impl Default for SceneFile {
             planting: PlantingParams::default(),
             camera: CameraParams::default(),
             stage: StageParams::default(),
+            levels: FollowParams::default(),
+            culling: CullParams::default(),
         }
     }
 }
 
 /// In place of a method: the chain that a comparison recommends.
 pub const AUTO: &str = "auto";
-
-/// A table of parameters, each of which may be missing.
-fn table<'de, D: Deserializer<'de>, P: ParamSet>(file: D) -> Result<P, D::Error> {
-    let mut params = P::default();
-    for (name, value) in toml::Table::deserialize(file)? {
-        let text = match value {
-            toml::Value::String(text) => text,
-            other => other.to_string(),
-        };
-        params.set(&name, &text).map_err(serde::de::Error::custom)?;
-    }
-    Ok(params)
-}
 
 impl SceneFile {
     /// Reads and checks a file; the files that it names are sought beside it.
@@ -248,7 +246,9 @@ impl SceneFile {
         self.terrain.validate()?;
         self.planting.validate()?;
         self.camera.validate()?;
-        self.stage.validate()
+        self.stage.validate()?;
+        self.levels.validate()?;
+        self.culling.validate()
     }
 }
 

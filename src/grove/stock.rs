@@ -43,7 +43,10 @@ pub fn stock(species: &[SpeciesEntry], method: &str, capture: &dyn Capture, told
         .map(|(entry, variant, count)| {
             told(&entry.source);
             let stock = one(entry, *variant, *count, method, capture);
-            stock.map_err(|cause| Error::InFile { path: entry.source.clone().into(), cause: Box::new(cause) })
+            stock.map_err(|cause| match cause {
+                Error::InFile { .. } => cause,
+                cause => Error::InFile { path: entry.source.clone().into(), cause: Box::new(cause) },
+            })
         })
         .collect()
 }

@@ -58,8 +58,7 @@ impl Viewer {
 
     /// How much is seen of a part of a placed tree; `shaders/shared/presence.wgsl` reckons the same.
     pub fn share(&self, height_m: f32, seen: &Seen, instance: &layout::Instance, kind: PassKind) -> f32 {
-        let away = |anchor| self.distance(height_m, anchor, instance);
-        let by_distance = seen.share_between(away(seen.anchor), away(seen.vanish_anchor.unwrap_or(seen.anchor)));
+        let by_distance = self.share_by_distance(height_m, seen, instance);
         if by_distance <= 0.0 {
             return 0.0;
         }
@@ -71,6 +70,12 @@ impl Viewer {
             (_, Projection::Orthographic { .. }) => self.camera.axes[2],
         };
         by_distance * seen.share_toward(turn_of(instance).inverse() * toward)
+    }
+
+    /// The same from whatever side.
+    pub fn share_by_distance(&self, height_m: f32, seen: &Seen, instance: &layout::Instance) -> f32 {
+        let away = |anchor| self.distance(height_m, anchor, instance);
+        seen.share_between(away(seen.anchor), away(seen.vanish_anchor.unwrap_or(seen.anchor)))
     }
 }
 

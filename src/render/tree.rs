@@ -1,5 +1,7 @@
 //! A tree on the device: what was uploaded of it, and what the frame has to know of its shape.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use glam::Vec3;
 
 use super::forest::ForestPart;
@@ -22,7 +24,11 @@ pub struct Tree {
     triangles: usize,
     crowns: Vec<CrownShape>,
     growth: Growth,
+    number: u64,
 }
+
+/// The number of the next tree.
+static NEXT: AtomicU64 = AtomicU64::new(0);
 
 /// What growth has to know of a crown; object space, metres.
 #[derive(Debug, Clone, Copy)]
@@ -60,6 +66,7 @@ impl Tree {
             triangles: drawable.iter().map(|built| built.part.surface.mesh.triangulated().count()).sum(),
             crowns: vec![],
             growth: built.growth.unwrap_or_else(|| Growth::likely(GrowthProfile::Broadleaf, f64::from(built.height_m()))),
+            number: NEXT.fetch_add(1, Ordering::Relaxed),
         };
         let mut textures = Textures::default();
         for built_part in drawable {
@@ -96,6 +103,11 @@ impl Tree {
     /// How its outlines grow.
     pub fn growth(&self) -> Growth {
         self.growth
+    }
+
+    /// Unlike that of any other tree that was ever uploaded.
+    pub(super) fn number(&self) -> u64 {
+        self.number
     }
 
     /// Its sphere-board crowns.

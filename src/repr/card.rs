@@ -43,14 +43,22 @@ impl Card {
 
     /// The rectangle, facing along the last axis, its picture upright.
     pub fn surface(&self) -> Surface {
+        self.cropped([Vec2::ZERO, Vec2::ONE])
+    }
+
+    /// The same of its picture from `from` to `to` alone, texture coordinates.
+    fn cropped(&self, [from, to]: [Vec2; 2]) -> Surface {
         let [right, up, toward] = self.axes;
-        let (low, high) = (self.window.min, self.window.max);
-        let corner = |x: f32, y: f32| x * right + y * up + self.plane * toward;
-        let positions = vec![corner(low.x, low.y), corner(high.x, low.y), corner(high.x, high.y), corner(low.x, high.y)];
+        let uvs = vec![Vec2::new(from.x, to.y), to, Vec2::new(to.x, from.y), from];
+        let (low, high) = (self.window.min.truncate(), self.window.max.truncate());
+        let corner = |uv: &Vec2| {
+            let at = low + Vec2::new(uv.x, 1.0 - uv.y) * (high - low);
+            at.x * right + at.y * up + self.plane * toward
+        };
         Surface {
-            mesh: PolyMesh { positions, triangles: vec![], quads: vec![[0, 1, 2, 3]] },
+            mesh: PolyMesh { positions: uvs.iter().map(corner).collect(), triangles: vec![], quads: vec![[0, 1, 2, 3]] },
             normals: vec![toward; 4],
-            uvs: vec![Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0), Vec2::new(1.0, 0.0), Vec2::new(0.0, 0.0)],
+            uvs,
             ..Surface::default()
         }
     }
@@ -163,7 +171,22 @@ pub fn of_capture(card: &Card, taken: &raster::Capture, leaves: &[u8]) -> Option
         two_sided: true,
         ..Material::default()
     };
-    Some(Part { name: card.name.clone(), surface: card.surface(), material, crown_center: None })
+    Some(Part { name: card.name.clone(), surface: card.cropped(painted(&taken.coverage)), material, crown_center: None })
+}
+
+/// Part of a picture's longer side that is kept around what is painted: its smaller sizes spread what they show.
+const MARGIN: f32 = 1.0 / 64.0;
+
+/// Where anything is painted, in texture coordinates, with a margin: a card has no pixels to shade where nothing is.
+fn painted(coverage: &image::GrayImage) -> [Vec2; 2] {
+    let (width, height) = coverage.dimensions();
+    let size = Vec2::new(width as f32, height as f32);
+    let there = coverage.enumerate_pixels().filter(|(.., area)| area.0[0] > 0).map(|(x, y, _)| Vec2::new(x as f32, y as f32));
+    let Some([low, high]) = there.map(|at| [at, at]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]) else {
+        return [Vec2::ZERO, Vec2::ONE];
+    };
+    let margin = MARGIN * size.max_element() + 1.0;
+    [(low - margin).max(Vec2::ZERO) / size, (high + 1.0 + margin).min(size) / size]
 }
 
 /// The picture, its colours bled under what is not there, its alpha such that [`ALPHA_CUTOFF`] leaves as many texels as were covered;
@@ -299,6 +322,21 @@ mod tests {
         let there = texture.pixels().filter(|p| f32::from(p.0[3]) >= 255.0 * ALPHA_CUTOFF).count() as f32 / 256.0;
         // 40 strips of 0.02 m × 1 m in 4 m².
         assert!((there - 0.2).abs() < 0.06, "{there}");
+    }
+
+    #[test]
+    fn a_card_ends_where_its_picture_does() {
+        let part = leaf(Vec3::new(1.0, 1.5, 0.0), Vec3::Z);
+        let window = Bounds { min: Vec3::new(-2.0, -2.0, -1.0), max: Vec3::new(2.0, 2.0, 1.0) };
+        let taken = captured(&SoftwareCapture::new(), &[&part], &[front(window, [256, 256])]).unwrap();
+        let Surface { mesh, uvs, .. } = &taken[0].as_ref().unwrap().surface;
+        let bounds = Bounds::of(mesh.positions.iter().copied()).unwrap();
+        assert!((bounds.min - Vec3::new(0.5, 1.0, 0.0)).abs().max_element() < 0.1, "{bounds:?}");
+        assert!((bounds.max - Vec3::new(1.5, 2.0, 0.0)).abs().max_element() < 0.1 && bounds.max.y <= 2.0, "{bounds:?}");
+        // What it shows stays where it was.
+        for (at, uv) in mesh.positions.iter().zip(uvs) {
+            assert!((Vec2::new(4.0 * uv.x - 2.0, 2.0 - 4.0 * uv.y) - at.truncate()).length() < 1e-5);
+        }
     }
 
     #[test]

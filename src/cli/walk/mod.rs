@@ -14,10 +14,11 @@ use glam::Vec2;
 use super::window::keys::Binding;
 use super::window::{Content, Pace, Request};
 use crate::Result;
-use crate::grove::{Scene, culling};
-use crate::grove::drive::{self, FollowParams, Grove, Trail};
+use crate::grove::drive::{self, Grove};
 use crate::grove::stock::Stock;
-use crate::render::{Camera, Counted, CullParams, LevelViewer, Renderer, Shot, Show, World};
+use crate::grove::trail::Trail;
+use crate::grove::{Scene, culling};
+use crate::render::{Camera, Counted, LevelViewer, Renderer, Shot, Show, World};
 
 use flight::Flight;
 use keys::Action;
@@ -32,8 +33,6 @@ const MOST_LINES: usize = 6;
 pub struct Walk {
     scene: Scene,
     stock: Vec<Stock>,
-    cull: CullParams,
-    follow: FollowParams,
     grove: Option<Grove>,
     flight: Flight,
     trail: Trail,
@@ -81,7 +80,7 @@ struct Seen {
 
 impl Walk {
     /// Through that scene, planted with these trees, whose files are watched.
-    pub fn new(scene: Scene, (stock, watch): (Vec<Stock>, Watch), cull: CullParams, follow: FollowParams) -> Self {
+    pub fn new(scene: Scene, (stock, watch): (Vec<Stock>, Watch)) -> Self {
         let file = &scene.file;
         Self {
             flight: Flight::new(&scene.path, file.camera.camera_speed_m_s as f32),
@@ -91,8 +90,6 @@ impl Walk {
             watch,
             scene,
             stock,
-            cull,
-            follow,
             grove: None,
             trail: Trail::default(),
             show: Show::Picture,
@@ -251,7 +248,7 @@ impl Content for Walk {
 
     fn load(&mut self, renderer: &mut Renderer) -> Result<()> {
         let mut grove = Grove::plant(renderer, &self.scene, &self.stock)?;
-        self.notice = culling::choose(renderer, &mut grove, &self.scene, (&mut self.cull, &self.follow))?.sentence();
+        self.notice = culling::choose(renderer, &mut grove, &mut self.scene)?.sentence();
         self.grove = Some(grove);
         Ok(())
     }
@@ -322,7 +319,7 @@ impl Content for Walk {
         let look = self.flight.look();
         let viewer = match self.frozen {
             Some((_, viewer)) => viewer,
-            None => self.trail.follow(look.eye, time_s as f32, &self.follow),
+            None => self.trail.follow(look.eye, time_s as f32, &self.scene.file.levels),
         };
         let shot = Shot { size_px, show: self.show, ..drive::shot(&self.scene, look, time_s as f32, viewer, 0) };
         let moved = self.last.as_ref().is_some_and(|last| last.camera != shot.camera);
@@ -332,7 +329,7 @@ impl Content for Walk {
 
     fn world<T>(&mut self, draw: impl FnOnce(World) -> T) -> T {
         let frozen = self.frozen.map(|(camera, _)| camera);
-        draw(self.grove.as_mut().map_or_else(World::default, |grove| grove.world(&self.cull, frozen)))
+        draw(self.grove.as_mut().map_or_else(World::default, |grove| grove.world(&self.scene.file.culling, frozen)))
     }
 
     fn drawn(&mut self, renderer: &mut Renderer) -> bool {

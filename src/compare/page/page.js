@@ -10,6 +10,13 @@ function budgetText() {
     `${number(peak) ? ` and at most ${digits(peak / 1000)} GB of memory` : ""}.${left}`;
 }
 
+/** Where the time went, as planned and as taken. */
+function spentText() {
+  const { planned, spent } = data.budget;
+  const parts = [["truth_s", "the truth"], ["build_s", "building"], ["timing_s", "timing"], ["files_s", "files"], ["pictures_s", "pictures"], ["motion_s", "films"]];
+  return parts.map(([id, name]) => `${name} ${digits(spent[id])} s (planned ${digits(planned[id])})`).join(", ");
+}
+
 function startAnswer() {
   const refused = data.methods.length - compared.length;
   byId("looked").textContent =
@@ -99,7 +106,7 @@ function startRebuild() {
   const facts = [
     ["Program", `${identity.program}, commit ${data.commit}`], ["Source", identity.source], ["Seed", String(identity.seed)], ["Adapter, driver", identity.adapter],
     ["Changed settings", identity.settings.length ? identity.settings.join(", ") : "none: every method at its defaults"],
-    ["Time and memory", budgetText()],
+    ["Time and memory", budgetText()], ["Where the time went", spentText()],
     ["Levels by themselves", identity.plan.levels ? "from the first azimuth of each elevation, in the first light" : "not looked at"],
     ["Timed for", `${identity.plan.timing_ms} ms at each distance, with nothing else at work`],
     ["Good enough", `mean FLIP up to ${data.max_flip}`], ["Cheap by", cost.name.toLowerCase()],

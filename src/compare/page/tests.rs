@@ -1,5 +1,5 @@
 use super::*;
-use crate::compare::{Cell, Cost, Figures, Plan, Profile, Views};
+use crate::compare::{Cell, Cost, Figures, Motion, Plan, Profile, Views};
 
 fn row(method: &str, height_px: f32, flip: f64, texture_bytes: usize) -> Row {
     let error = Figures { flip, ..Figures::default() };
@@ -23,6 +23,7 @@ fn comparison(source: &str, methods: &[(&str, f64, f64, usize)]) -> Comparison {
         parameters: vec![("size_px".to_owned(), "64".to_owned())],
         build_ms: 1.0,
         memory_bytes: bytes,
+        motion: Some(Motion { flicker: 1.2, orbit_jod: 9.0, ..Motion::default() }),
         rows: plan.heights_px.iter().map(|&height_px| row(method, height_px, flip, bytes)).collect(),
         ..MethodRun::default()
     };
@@ -85,7 +86,8 @@ fn the_page_holds_the_data_once_and_fetches_nothing() {
     }
     assert_eq!(value["elevations"].as_array().unwrap().len(), 4 * 3 * 3);
     assert_eq!(value["pictures"][0]["file"], "e0_h64_s0.png");
-    assert_eq!(cells.lines().count(), 1 + 4 * comparison.plan.pictures());
+    assert_eq!(cells.lines().count(), 1 + 4 * comparison.plan.pictures() + 4, "a line for each picture and each film");
+    assert!(cells.lines().filter(|line| line.ends_with(",orbit,1.20000,9.00000,")).count() == 4, "{cells}");
     for address in ["http:", "https:", "src=\"//", "@import", "fetch("] {
         assert!(!html.contains(address), "{address}");
     }

@@ -62,6 +62,13 @@ fn wrong_files_are_told_by_line_with_what_was_expected() {
     has("size_px = [8, 600]\n", &["16 to 8192 px", "8 × 600"]);
     has("seed = 1\n[terrain]\nrelief_m = -4\n", &["line", "relief-m must be 0 to 9000 m", "-4"]);
     has("[planting]\nevennes = 0.5\n", &["evennes", "evenness"]);
+    has("seed = 1\n[levels]\nslack_m = 2.0\ncoarser = 11\n", &["line 4", "coarser must be 0.1 to 10", "11"]);
+    has("[levels]\n\nhaste_m_s = \"fast\"\n", &["line 3", "haste-m-s must be 0 to 10000 m/s", "fast"]);
+    has("[levels]\nslack = 1.0\n", &["line 2", "slack", "slack_m, coarser, haste_m_s"]);
+    has("[culling]\nleast_px = -1\n", &["line 2", "least-px must be 0 to 100 px", "-1"]);
+    has("[culling]\nleast_px = 1\nbatch = \"all\"\n", &["line 3", "batch", "naive, vbo, indirect", "all"]);
+    has("[culling]\nreshape_px = nan\n", &["line 2", "reshape-px must be 1 to 4096 px", "nan"]);
+    has("levels = 3\n", &["line 1", "a table of parameters"]);
     has("species = []\n", &["1 to 64", "0 of them"]);
     has("[[species]]\nsource = \"oak\"\nshare = 0\n", &["more than 0"]);
     has("[[species]]\nsource = \"oak\"\nshare = nan\n", &["0 to 1000000"]);
@@ -70,6 +77,15 @@ fn wrong_files_are_told_by_line_with_what_was_expected() {
     has("frames = 0\n", &["1 to 1000000"]);
     has("key = [{ time_s = 0.0, eye = [0.0, 0.0], target = [0.0, 0.0, 0.0] }]\n", &["line 1"]);
     has("\0", &["line 1"]);
+}
+
+#[test]
+fn levels_and_culling_are_the_scenes_own() {
+    let text = "[levels]\nslack_m = 0\ncoarser = 2.5\n[culling]\nreshape_px = 100\nbatch = \"vbo\"\n";
+    let file = SceneFile::parse(text).unwrap();
+    assert_eq!((file.levels.slack_m, file.levels.coarser, file.levels.haste_m_s), (0.0, 2.5, FollowParams::default().haste_m_s));
+    assert_eq!((file.culling.reshape_px, file.culling.batch), (100.0, crate::render::Batch::Vbo));
+    assert_eq!(file.culling.least_px, CullParams::default().least_px);
 }
 
 #[test]

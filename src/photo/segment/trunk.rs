@@ -245,11 +245,34 @@ impl Strip {
                 |(a, b): (usize, usize)| (b - a) as f32 <= widest && a as f32 <= x + self.width && x - self.width <= b as f32;
             y as f32 >= self.top[1] && spans[y].is_some_and(slim)
         };
-        let Some(bottom) = spans.iter().rposition(Option::is_some) else { return (self, crown.clone()) };
-        let Some(end) = (0..=bottom).rev().find(|&y| !is_stalk(y)).map(|y| y + 1).filter(|&end| end <= bottom) else {
+        let row = |span: &Option<_>| span.is_some();
+        let (Some(top), Some(bottom)) = (spans.iter().position(row), spans.iter().rposition(row)) else {
+            return (self, crown.clone());
+        };
+        // A crown that is stalk from its first row on would be nothing without it.
+        let Some(end) = (top..=bottom).rev().find(|&y| !is_stalk(y)).map(|y| y + 1).filter(|&end| end <= bottom) else {
             return (self, crown.clone());
         };
         let foot_y = self.foot[1].max(bottom as f32 + 1.0);
         (Self { foot: [self.x_at(foot_y), foot_y], ..self }, crown.above(end).without_crumbs(super::CRUMB))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A crown of columns 8..`right` and rows 10..20 over a strip down column 10.
+    fn taken(right: usize) -> Bits {
+        let crown = Mask::from_fn(30, 30, |x, y| {
+            (8..right as u32).contains(&x) && (10..20).contains(&y) || x == 10 && (20..24).contains(&y)
+        });
+        Strip { top: [10.5, 5.0], foot: [10.5, 24.0], width: 3.0 }.take_stalk(&Bits::from_mask(&crown)).1
+    }
+
+    #[test]
+    fn the_stalk_below_a_crown_is_the_trunks_but_a_crown_that_is_nothing_else_stays() {
+        assert_eq!(taken(28).count(), 200);
+        assert_eq!(taken(12).count(), 44);
     }
 }

@@ -41,13 +41,51 @@ const THINNEST_M: f32 = 5e-4;
 /// Texture coordinates go round a branch a whole number of times, chosen at its base, and along it in step with its local girth, so that
 /// the bark keeps its proportions on the way to a thin tip. They run on beyond 0..1: the texture repeats.
 pub fn wood(skeleton: &Skeleton, params: &WoodParams, seed: Seed) -> Surface {
+    wood_within(skeleton, params, seed, 0.0)
+}
+
+/// The same with as few rings and corners as leave it within `error_m` of that. Branches thinner than that are left out, all but the trunk;
+/// where a branch begins inside another, or ends in a point, it is left open. As many corners as are left are as wide on the average as the
+/// round branch is.
+pub fn wood_within(skeleton: &Skeleton, params: &WoodParams, seed: Seed, error_m: f32) -> Surface {
     let mut surface = Surface::default();
     for limb in limbs(skeleton) {
-        let rings = rings(skeleton, &limb, params, seed);
         let grounded = skeleton.bones[limb[0] as usize].parent.is_none();
-        Limb::new(&rings, grounded, params, seed.keyed("wood", u64::from(limb[0])).unit() as f32).emit(&mut surface);
+        let rings = thinned(rings(skeleton, &limb, params, seed), 0.5 * error_m);
+        if grounded || 2.0 * widest_m(&rings) > error_m {
+            let draw = seed.keyed("wood", u64::from(limb[0])).unit() as f32;
+            Limb::new(&rings, grounded, params, draw, error_m).emit(&mut surface);
+        }
     }
     surface
+}
+
+fn widest_m(rings: &[Ring]) -> f32 {
+    rings.iter().map(Ring::girth).fold(0.0, f32::max)
+}
+
+/// The first ring, the last, and of those between as few as keep centres and radii within `error_m` (Douglas & Peucker 1973).
+fn thinned(rings: Vec<Ring>, error_m: f32) -> Vec<Ring> {
+    if error_m <= 0.0 || rings.len() < 3 {
+        return rings;
+    }
+    let off = |ring: &Ring, [a, b]: [&Ring; 2]| {
+        let way = b.center - a.center;
+        let t = ((ring.center - a.center).dot(way) / way.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let girth = a.girth() + t * (b.girth() - a.girth());
+        ring.center.distance(a.center + t * way) + (ring.girth() - girth).abs()
+    };
+    let mut kept = vec![false; rings.len()];
+    let mut open = vec![(0, rings.len() - 1)];
+    while let Some((first, last)) = open.pop() {
+        (kept[first], kept[last]) = (true, true);
+        let between = (first + 1..last).map(|i| (off(&rings[i], [&rings[first], &rings[last]]), i));
+        let farthest = between.max_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, middle)) = farthest.filter(|(off_m, _)| *off_m > error_m) {
+            open.extend([(first, middle), (middle, last)]);
+        }
+    }
+    rings.into_iter().zip(kept).filter_map(|(ring, kept)| kept.then_some(ring)).collect()
 }
 
 /// One cross-section of a branch.
@@ -64,11 +102,12 @@ struct Ring {
 }
 
 impl Ring {
-    fn corner(&self, j: u32, sides: u32) -> Vec3 {
+    /// A corner; `wide`: times its radius.
+    fn corner(&self, j: u32, sides: u32, wide: f32) -> Vec3 {
         let angle = TAU * (j % sides) as f32 / sides as f32;
         let (height, phase) = self.flare;
         let lobes = 0.75 + 0.3 * (5.0 * angle + phase).cos() + 0.2 * (3.0 * angle - 2.0 * phase).sin();
-        self.center + self.radius * (1.0 + height * lobes) * self.outward(j, sides)
+        self.center + wide * self.radius * (1.0 + height * lobes) * self.outward(j, sides)
     }
 
     fn outward(&self, j: u32, sides: u32) -> Vec3 {
@@ -139,18 +178,25 @@ struct Limb<'a> {
     turns: f32,
     /// Where on the texture it starts.
     start: Vec2,
+    /// Times the radius are its corners from its middle.
+    wide: f32,
+    /// Ends no wider than that are left open, and where it starts too; 0 for none.
+    open_m: f32,
 }
 
 impl<'a> Limb<'a> {
-    fn new(rings: &'a [Ring], grounded: bool, params: &WoodParams, draw: f32) -> Self {
+    fn new(rings: &'a [Ring], grounded: bool, params: &WoodParams, draw: f32, error_m: f32) -> Self {
         let radius = rings[0].radius;
         // The flare's lobes need corners to show.
         let finer = if grounded && params.root_flare > 0.0 { 1.5 } else { 1.0 };
-        let sides = finer * params.bark_sides as f32 * (radius / 0.3).sqrt();
+        let round = ((finer * params.bark_sides as f32 * (radius / 0.3).sqrt()).round() as u32).clamp(SIDES.0, SIDES.1);
+        let (sides, wide) = enough_sides(round, widest_m(rings), 0.5 * error_m);
         Self {
             rings,
             grounded,
-            sides: (sides.round() as u32).clamp(SIDES.0, SIDES.1),
+            sides,
+            wide,
+            open_m: error_m,
             turns: (TAU * radius / params.bark_tile_m as f32).round().clamp(1.0, 64.0),
             start: Vec2::new(draw, (7.0 * draw).fract()),
         }
@@ -160,16 +206,17 @@ impl<'a> Limb<'a> {
     fn emit(&self, surface: &mut Surface) {
         let (foot, tip) = (self.rings[0], self.rings[self.rings.len() - 1]);
         // Half-spheres have more latitudes the rounder the branch is.
-        let latitudes = (self.sides / 6).min(3);
+        let latitudes = if self.open_m > 0.0 { 0 } else { (self.sides / 6).min(3) };
         let mut v = self.start.y;
         let depth = if self.grounded { 0.0 } else { foot.radius };
-        let base = self.pole(surface, foot.center - depth * foot.along, -foot.along, v);
+        let base = (self.open_m <= 0.0).then(|| self.pole(surface, foot.center - depth * foot.along, -foot.along, v));
         let mut last = None;
         let mut ring_at = |surface: &mut Surface, ring: &Ring, tilt: f32, v: f32| {
             let now = self.ring(surface, ring, tilt, v);
-            match last {
-                None => self.fan(surface, now, base, true),
-                Some(last) => self.belt(surface, last, now),
+            match (last, base) {
+                (None, Some(base)) => self.fan(surface, now, base, true),
+                (None, None) => {}
+                (Some(last), _) => self.belt(surface, last, now),
             }
             last = Some(now);
         };
@@ -196,6 +243,9 @@ impl<'a> Limb<'a> {
             v -= self.climb(FRAC_PI_2 / (latitudes + 1) as f32 * tip.radius, tip.radius);
             ring_at(surface, &dome_ring(&tip, 1.0, angle), angle.cos(), v);
         }
+        if tip.radius <= self.open_m {
+            return;
+        }
         v -= self.climb(FRAC_PI_2 / (latitudes + 1) as f32 * tip.radius, tip.radius);
         let end = self.pole(surface, tip.center + tip.radius * tip.along, tip.along, v);
         if let Some(last) = last {
@@ -219,7 +269,7 @@ impl<'a> Limb<'a> {
     fn ring(&self, surface: &mut Surface, ring: &Ring, tilt: f32, v: f32) -> u32 {
         let first = surface.mesh.positions.len() as u32;
         for j in 0..=self.sides {
-            surface.mesh.positions.push(ring.corner(j, self.sides));
+            surface.mesh.positions.push(ring.corner(j, self.sides, self.wide));
             let outward = (1.0 - tilt * tilt).max(0.0).sqrt() * ring.outward(j, self.sides) + tilt * ring.along;
             surface.normals.push(outward.normalize_or(ring.along));
             surface.uvs.push(Vec2::new(self.start.x + self.turns * j as f32 / self.sides as f32, v));
@@ -245,6 +295,17 @@ impl<'a> Limb<'a> {
     fn fan(&self, surface: &mut Surface, ring: u32, pole: u32, below: bool) {
         let corners = |j| if below { [ring + j + 1, ring + j, pole + j] } else { [ring + j, ring + j + 1, pole + j] };
         surface.mesh.triangles.extend((0..self.sides).map(corners));
+    }
+}
+
+/// The fewest corners, but no more than `round`, whose sides lie within `error_m` of a circle, and how much farther out than it they lie so
+/// that they are as wide as it on the average, whichever way they are seen from.
+fn enough_sides(round: u32, radius_m: f32, error_m: f32) -> (u32, f32) {
+    let half_turn = |sides: u32| 0.5 * TAU / sides as f32;
+    let inside = |sides: u32| radius_m * (1.0 - half_turn(sides) / half_turn(sides).tan());
+    match (SIDES.0..round).find(|sides| inside(*sides) <= error_m) {
+        Some(sides) => (sides, half_turn(sides) / half_turn(sides).sin()),
+        None => (round, 1.0),
     }
 }
 

@@ -51,7 +51,7 @@ fn assert_alike(renderer: &mut Renderer, trees: &[Standing], what: &str) {
             let picture = renderer.picture(&shot, seen_by(&mut crowd, culling, frozen)).unwrap();
             renderer.tally(&mut crowd).unwrap();
             let kinds = [PassKind::Temporary, PassKind::Shadow].map(|kind| lists(&renderer.gpu, &crowd, kind));
-            (picture, kinds, crowd.trees_seen(), [crowd.shown(0), crowd.shown(1)], renderer.counted().triangles)
+            (picture, kinds, crowd.trees_seen(), [crowd.shown(0), crowd.shown(1)], crowd.counted_of(true).triangles)
         };
         let (here, there) = (told(Culling::Cpu), told(Culling::Compute));
         assert_eq!(here.1, there.1, "{what}, shot {number}");
@@ -103,9 +103,8 @@ fn the_device_too_is_sent_nothing_by_a_still_camera_and_draws_nothing_more_for_t
             renderer.frame(&shot, seen_by(&mut crowd, Culling::Compute, None)).unwrap();
             assert_eq!(renderer.uploaded_bytes(), 0);
         }
-        // Far fewer bytes than there are trees in the lists.
         assert!(first > 0);
-        (counted, crowd.trees_seen())
+        (counted, crowd.trees_seen(), first)
     };
     let (few, many) = (draws(&few), draws(&many));
     assert!(few.0.draws > 0 && few.1 > 0);

@@ -90,7 +90,7 @@ impl Crown {
         }
     }
 
-    /// What is drawn.
+    /// What is drawn: what is seen nearest comes first, so that among many trees it hides what is behind it before that is drawn.
     pub fn parts(&self) -> Vec<BuiltPart> {
         let mut parts = vec![];
         // Where each box vanishes; parents stand before their children.
@@ -114,6 +114,7 @@ impl Crown {
                 parts.extend(leaves.map(|(_, part)| BuiltPart::still(part.clone()).seen(seen)));
             }
         }
+        parts.sort_by(|a, b| a.seen.vanishes[0].total_cmp(&b.seen.vanishes[0]));
         parts
     }
 

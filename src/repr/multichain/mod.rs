@@ -3,6 +3,9 @@
 //!
 //! Every level of a multichain is a prefix of the next finer one. So a tree is drawn as the coarsest level and what each finer one adds to
 //! it: an addition fades out where the next coarser level takes over, and nothing else moves or fades. (Lluch03 §7 leaves transitions open.)
+//!
+//! Where it builds the wood of another method's leaves (Lluch04 §6), the branches that are left have ever fewer corners and joints as well
+//! (ours): a branch of a few pixels looks the same with three sides.
 
 mod order;
 
@@ -12,7 +15,9 @@ use rayon::prelude::*;
 use self::order::Order;
 use super::levels::{BAND, gap_m, middles, switches};
 use super::pick::{area_m2, picked};
-use super::{BuiltPart, BuiltTree, Job, Level, Representation, Scope, Seen, SourceKind, TreeSource, not_applicable};
+use super::{
+    BuiltPart, BuiltTree, Job, Level, REFERENCE_FOCAL_PX, Representation, Scope, Seen, SourceKind, TreeSource, not_applicable,
+};
 use crate::geom::Surface;
 use crate::model::Part;
 use crate::model::reference::ReferenceTree;
@@ -31,6 +36,8 @@ crate::params! {
         metric: Metric = Metric::BranchingLength, unit "", source "Lluch03 §5.1 (d), its choice";
         /// How many pixels wide a branch, or a gap in the leaves, may be when it goes.
         error_px: f64 = 1.0, in 0.1..=64.0, unit "px", source "ours: what is smaller than a pixel does not show";
+        /// How many pixels the surface of wood without leaves may be off where it gets fewer corners; 0 for never.
+        round_px: f64 = 1.0, in 0.0..=64.0, unit "px", source "ours: what is smaller than a pixel does not show";
     }
 }
 
@@ -81,12 +88,21 @@ impl Representation for Multichain {
         let errors_m: Vec<f32> = (0..ends.len()).map(|level| error_m(skeleton, &order, ends[level], &added[..level])).collect();
         let switches = switches(&errors_m, params.error_px as f32, bounds.height_m());
         let levels = (0..).zip(middles(&switches)).map(|(level, distance)| Level { name: name(&order, ends[level]), distance });
-        let parts = added.into_iter().enumerate().flat_map(|(level, addition)| {
+        let seen = |near: f32, far: f32| Seen::between(bounds.center(), near, far, BAND);
+        let round_px = if with_leaves { 0.0 } else { params.round_px as f32 };
+        let of_level = |(level, addition): (usize, Addition)| {
             let far = switches.get(level + 1).copied().unwrap_or(f32::MAX);
-            let seen = Seen::between(bounds.center(), 0.0, far, BAND);
-            addition.parts().into_iter().map(move |part| BuiltPart::still(part).seen(seen))
-        });
-        Ok(BuiltTree { levels: levels.collect(), ..BuiltTree::new(bounds, parts.collect()) })
+            let rungs = rungs(far, round_px, bounds.height_m());
+            let first = rungs.first().map_or(far, |rung| rung.near);
+            let whole = addition.parts().into_iter().map(|part| BuiltPart::still(part).seen(seen(0.0, first)));
+            let coarser = rungs.iter().map(|rung| {
+                let surface = wood_of(skeleton, comes_in(&order, &ends, level), job.seed, rung.error_m);
+                BuiltPart::still(Part { surface, ..tree.wood[0].clone() }).seen(seen(rung.near, rung.far))
+            });
+            whole.chain(coarser).filter(|built| built.part.surface.mesh.polygon_count() > 0).collect::<Vec<_>>()
+        };
+        let parts = added.into_par_iter().enumerate().flat_map_iter(of_level).collect();
+        Ok(BuiltTree { levels: levels.collect(), ..BuiltTree::new(bounds, parts) })
     }
 }
 
@@ -113,6 +129,28 @@ fn name(order: &Order, end: u32) -> String {
     format!("{} branches", order.branches[end as usize])
 }
 
+/// Wood with fewer corners: from where to where it is seen, in heights of the tree, and how far its surface may be off.
+struct Rung {
+    near: f32,
+    far: f32,
+    error_m: f32,
+}
+
+/// Nearer than that, in heights of the tree, wood is as round as it was grown.
+const ROUND_WITHIN: f32 = 1.5;
+/// So often corners get fewer, each time twice as far away: beyond, a trunk is hardly a pixel wide.
+const RUNGS: i32 = 6;
+
+/// Those of wood that is seen up to `far`, whose surface may be off by so many pixels.
+fn rungs(far: f32, round_px: f32, height_m: f32) -> Vec<Rung> {
+    let near = |number: i32| ROUND_WITHIN * 2f32.powi(number);
+    let rung = |number: i32| {
+        let far = if number + 1 < RUNGS { far.min(near(number + 1)) } else { far };
+        Rung { near: near(number), far, error_m: round_px * near(number) * height_m / REFERENCE_FOCAL_PX }
+    };
+    (0..RUNGS).filter(|number| round_px > 0.0 && near(*number) < far).map(rung).collect()
+}
+
 /// What a level adds to the next coarser one.
 struct Addition {
     wood: Part,
@@ -136,21 +174,27 @@ fn additions(
 ) -> Vec<Addition> {
     let perch = if with_leaves { perches(tree, skeleton, seed) } else { vec![] };
     let addition = |level: usize| {
-        let shown = ends.get(level + 1).map_or(1, |coarser| coarser + 1)..=ends[level];
-        let comes_in = |bone: u32| shown.contains(&order.level_of[bone as usize]);
-        let wood = Part { surface: wood_of(skeleton, comes_in, seed), ..tree.wood[0].clone() };
+        let comes_in = comes_in(order, ends, level);
+        let wood = Part { surface: wood_of(skeleton, &comes_in, seed, 0.0), ..tree.wood[0].clone() };
         let leaves =
-            (0..if with_leaves { tree.foliage.len() } else { 0 }).map(|part| leaves_of(tree, part, &perch, comes_in)).collect();
+            (0..if with_leaves { tree.foliage.len() } else { 0 }).map(|part| leaves_of(tree, part, &perch, &comes_in)).collect();
         Addition { wood, leaves }
     };
     (0..ends.len()).into_par_iter().map(addition).collect()
 }
 
-/// The wood of some of the bones. A bone without length is not drawn, and all keep their numbers, by which bark is placed.
-fn wood_of(skeleton: &Skeleton, shown: impl Fn(u32) -> bool, seed: Seed) -> Surface {
+/// Which bones a level of detail adds to the next coarser one.
+fn comes_in(order: &Order, ends: &[u32], level: usize) -> impl Fn(u32) -> bool {
+    let shown = ends.get(level + 1).map_or(1, |coarser| coarser + 1)..=ends[level];
+    move |bone| shown.contains(&order.level_of[bone as usize])
+}
+
+/// The wood of some of the bones, within `error_m` of it. A bone without length is not drawn, and all keep their numbers, by which bark is
+/// placed.
+fn wood_of(skeleton: &Skeleton, shown: impl Fn(u32) -> bool, seed: Seed, error_m: f32) -> Surface {
     let mut some = skeleton.clone();
     some.bones.iter_mut().zip(0..).filter(|(_, number)| !shown(*number)).for_each(|(bone, _)| bone.length_m = 0.0);
-    wood::wood(&some, &WoodParams::default(), seed)
+    wood::wood_within(&some, &WoodParams::default(), seed, error_m)
 }
 
 /// Those leaves of one part whose bones are shown.
