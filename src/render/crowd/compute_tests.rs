@@ -3,8 +3,10 @@
 use bytemuck::pod_collect_to_vec;
 use glam::Vec3;
 
+use super::cull::{Candidates, MOST_CANDIDATES};
 use super::tests::{brightness, crowd_of, renderer, shot, trees, world};
 use super::{Batch, Crowd, CullParams, Culling, Standing};
+use crate::Error;
 use crate::gpu::{Gpu, layout, read_buffer};
 use crate::render::drawer::PassKind;
 use crate::render::{Background, Camera, LevelViewer, LightParams, Renderer, Shot, Stage, WindParams, World};
@@ -109,6 +111,21 @@ fn the_device_too_is_sent_nothing_by_a_still_camera_and_draws_nothing_more_for_t
     let (few, many) = (draws(&few), draws(&many));
     assert!(few.0.draws > 0 && few.1 > 0);
     assert_eq!(few, many);
+}
+
+#[test]
+fn more_candidates_than_the_adapter_takes_are_refused_in_a_sentence() {
+    let Some(mut renderer) = renderer() else { return };
+    let mut crowd = crowd_of(&mut renderer, &trees());
+    renderer.frame(&shot(), seen_by(&mut crowd, Culling::Compute, None)).unwrap();
+    let (culler, gpu) = (renderer.culler.as_ref().unwrap(), &renderer.gpu);
+    let too_many = Candidates { count: MOST_CANDIDATES + 1, ..Candidates::default() };
+    let look = bytemuck::Zeroable::zeroed();
+    let refused = crowd.device[0].ask(gpu, (culler, &crowd.places), &crowd.species, (look, &too_many)).unwrap_err();
+    assert!(matches!(refused, Error::ShaderRoom { .. }), "{refused}");
+    assert!(refused.to_string().contains("4295 MB") && refused.to_string().contains("--culling"), "{refused}");
+    // What is left behind asks nothing.
+    assert_eq!(crowd.device[0].asking.as_ref().unwrap().counts(gpu, 3).unwrap(), [0; 3]);
 }
 
 #[test]
