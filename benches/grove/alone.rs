@@ -11,7 +11,7 @@ use crate::site::{How, Row, Site, grown, keep, renderer};
 
 pub const TREES: [u64; 7] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000];
 /// Of these a picture is taken.
-const PICTURED: u64 = 100;
+pub const PICTURED: u64 = 100;
 /// A frame that takes longer ends it: ten times as many trees would tell no more.
 const SLOWEST_MS: f64 = 1000.0;
 

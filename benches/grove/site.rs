@@ -58,6 +58,7 @@ pub struct Moment {
     pub time_s: f32,
     pub ms: f64,
     pub trees: usize,
+    pub near: usize,
     pub triangles: u64,
     pub draws: u64,
 }
@@ -162,8 +163,11 @@ impl Site {
 
     /// Drives along the whole path, in as many frames as the time allows and the scene has at most.
     pub fn drive(&mut self, job: &str, how: &How) -> Result<(Row, Vec<Moment>)> {
-        let most = self.scene.file.frames as usize;
-        // A few frames spread over the path tell how many fit.
+        in_turns(job, std::slice::from_mut(self), std::slice::from_ref(how)).map(|mut drives| drives.swap_remove(0))
+    }
+
+    /// Mean milliseconds of a few frames spread over the path, which tell how many fit.
+    fn probe(&mut self, how: &How) -> Result<f64> {
         let probes = self.shots(5, how);
         self.frame_ms(&probes[2], how)?;
         let (mut probed, begun) = (vec![], Instant::now());
@@ -173,39 +177,31 @@ impl Site {
                 break;
             }
         }
-        let mean_ms = probed.iter().sum::<f64>() / probed.len() as f64;
-        let frames = ((1e3 * seconds() / mean_ms) as usize).clamp(LEAST.min(most), most);
-        let shots = self.shots(frames, how);
-        let slow = mean_ms * LEAST as f64 > 1e4 * seconds();
-        for _ in 0..if slow { 0 } else { WARM } {
-            self.frame_ms(&shots[0], how)?;
-        }
-        // The slowest are seen in three places.
-        let shots = if slow { shots.into_iter().skip(1).step_by(2).take(3).collect() } else { shots };
-        let frames = shots.len();
-        let mut moments = vec![];
-        let mut nears = vec![];
-        for (number, shot) in shots.iter().enumerate() {
-            let ms = self.frame_ms(shot, how)?;
-            self.grove.tally(&mut self.renderer)?;
-            let (counted, crowd) = (self.renderer.counted(), self.grove.crowd());
-            let time_s = number as f32 * self.scene.path.length_s() / frames.saturating_sub(1).max(1) as f32;
-            nears.push(crowd.trees_near());
-            let (trees, name) = (crowd.trees_seen(), how.name.clone());
-            moments.push(Moment { how: name, time_s, ms, trees, triangles: counted.triangles, draws: counted.draws });
-        }
+        Ok(probed.iter().sum::<f64>() / probed.len() as f64)
+    }
+
+    fn moment(&mut self, shot: &Shot, time_s: f32, how: &How) -> Result<Moment> {
+        let ms = self.frame_ms(shot, how)?;
+        self.grove.tally(&mut self.renderer)?;
+        let (counted, crowd) = (self.renderer.counted(), self.grove.crowd());
+        let (trees, near) = (crowd.trees_seen(), crowd.trees_near());
+        Ok(Moment { how: how.name.clone(), time_s, ms, trees, near, triangles: counted.triangles, draws: counted.draws })
+    }
+
+    fn row(&self, job: &str, how: &How, moments: &[Moment]) -> Row {
         let info = &self.renderer.gpu.info;
-        let row = Row {
+        let of = |value: &dyn Fn(&Moment) -> f64, share| quantile(moments.iter().map(value).collect(), share);
+        Row {
             job: job.to_owned(),
             method: self.scene.file.method.clone(),
             trees: self.scene.planted.len(),
             how: how.name.clone(),
-            frames,
-            median_ms: quantile(moments.iter().map(|m| m.ms).collect(), 0.5),
-            p99_ms: quantile(moments.iter().map(|m| m.ms).collect(), 0.99),
-            seen: quantile(moments.iter().map(|m| m.trees as f64).collect(), 0.5) as usize,
-            near: quantile(nears.iter().map(|n| *n as f64).collect(), 0.5) as usize,
-            triangles: quantile(moments.iter().map(|m| m.triangles as f64).collect(), 0.5) as u64,
+            frames: moments.len(),
+            median_ms: of(&|m| m.ms, 0.5),
+            p99_ms: of(&|m| m.ms, 0.99),
+            seen: of(&|m| m.trees as f64, 0.5) as usize,
+            near: of(&|m| m.near as f64, 0.5) as usize,
+            triangles: of(&|m| m.triangles as f64, 0.5) as u64,
             draws: moments.iter().map(|m| m.draws).max().unwrap_or(0),
             bytes_per_tree: self.grove.crowd().device_bytes() as f64 / self.scene.planted.len().max(1) as f64,
             memory_mb: peak_mb().unwrap_or(f64::NAN),
@@ -216,14 +212,37 @@ impl Site {
             cpu_cull_ms: self.culling.cpu_ms.unwrap_or(f64::NAN),
             compute_cull_ms: self.culling.compute_ms.unwrap_or(f64::NAN),
             adapter: format!("{}, {} {}", info.name, info.driver, info.driver_info),
-        };
-        Ok((row, moments))
+        }
     }
 
     /// One shot in the middle of the path.
     pub fn middle(&self) -> Shot {
         self.shots(3, &How::default()).swap_remove(1)
     }
+}
+
+/// Drives along the same path in several ways, frame by frame in turns, so that a busy machine slows all alike.
+pub fn in_turns(job: &str, sites: &mut [Site], hows: &[How]) -> Result<Vec<(Row, Vec<Moment>)>> {
+    let most = sites[0].scene.file.frames as usize;
+    let probed = sites.iter_mut().zip(hows).map(|(site, how)| site.probe(how)).collect::<Result<Vec<_>>>()?;
+    let mean_ms = probed.iter().sum::<f64>() / probed.len() as f64;
+    let frames = ((1e3 * seconds() / mean_ms) as usize).clamp(LEAST.min(most), most);
+    // The slowest are seen in three places.
+    let slow = mean_ms * LEAST as f64 > 1e4 * seconds();
+    let numbers: Vec<usize> = if slow { (1..frames).step_by(2).take(3).collect() } else { (0..frames).collect() };
+    let step_s = sites[0].scene.path.length_s() / frames.saturating_sub(1).max(1) as f32;
+    let shots: Vec<Vec<Shot>> = sites.iter().zip(hows).map(|(site, how)| site.shots(frames, how)).collect();
+    let mut moments = vec![vec![]; sites.len()];
+    let warm = (0..if slow { 0 } else { WARM }).map(|_| (0, false));
+    for (number, counts) in warm.chain(numbers.into_iter().map(|number| (number, true))) {
+        for (((site, how), shots), moments) in sites.iter_mut().zip(hows).zip(&shots).zip(&mut moments) {
+            let moment = site.moment(&shots[number], number as f32 * step_s, how)?;
+            if counts {
+                moments.push(moment);
+            }
+        }
+    }
+    Ok(sites.iter().zip(hows).zip(moments).map(|((site, how), moments)| (site.row(job, how, &moments), moments)).collect())
 }
 
 pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {

@@ -5,7 +5,7 @@ use sphereboard::grove::scene::preset;
 use sphereboard::params::{Kind, ParamSet};
 use sphereboard::render::CullParams;
 
-use crate::site::{How, Site, keep};
+use crate::site::{How, Site, grown, in_turns, keep, renderer};
 
 /// Trees of the tour: with ten thousand, one call for each card would be measured for minutes.
 const TREES: u64 = 2000;
@@ -22,7 +22,7 @@ pub fn batches() -> Vec<&'static str> {
 pub fn run(job: &str) -> Result<()> {
     let mut file = preset("truelsen-10k")?;
     (file.trees, file.frames) = (TREES, 120);
-    let mut site = Site::open(&file)?;
+    let stock = grown(&file)?;
     let mut hows = vec![];
     for batch in batches() {
         let mut cull = CullParams::default();
@@ -31,13 +31,10 @@ pub fn run(job: &str) -> Result<()> {
     }
     hows.push(How { name: "no levels".to_owned(), no_levels: true, ..How::default() });
     hows.push(How { name: "no culling".to_owned(), no_culling: true, ..How::default() });
-    let (mut rows, mut moments) = (vec![], vec![]);
-    for how in hows {
-        let (row, along) = site.drive(job, &how)?;
-        eprintln!("  {}: {:.1} ms", how.name, row.median_ms);
-        rows.push(row);
-        moments.extend(along);
-    }
+    let sites = hows.iter().map(|_| Site::planted(renderer()?, &file, &stock, 0.0));
+    let drives = in_turns(job, &mut sites.collect::<Result<Vec<_>>>()?, &hows)?;
+    let (rows, moments): (Vec<_>, Vec<_>) = drives.into_iter().unzip();
+    let moments: Vec<_> = moments.into_iter().flatten().collect();
     keep(job, &rows)?;
     keep("tour-moments", &moments)
 }

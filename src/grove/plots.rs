@@ -141,6 +141,11 @@ impl Chart {
         points.iter().enumerate().map(raised).filter(fits).collect()
     }
 
+    /// Whether its curves are points, each with its name.
+    fn is_scattered(&self) -> bool {
+        self.curves.iter().all(|curve| curve.drawn == Drawn::Line && curve.points.len() == 1)
+    }
+
     /// From where to where an axis goes.
     fn range(&self, axis: usize) -> [f64; 2] {
         let values = || (0..self.curves.len()).flat_map(|curve| self.points(curve)).map(move |point| point[axis]);
@@ -150,6 +155,8 @@ impl Chart {
             (false, false) => [0.0, 1.0],
             // Wider than what is shown, and never empty.
             (true, true) => [least / 1.3, most * 1.3],
+            // Names stand to the right of points.
+            (true, false) if axis == 0 && self.is_scattered() => [least.min(0.0), if most > 0.0 { 1.25 * most } else { 1.0 }],
             (true, false) if axis == 0 && most > least => [least, most],
             (true, false) => [least.min(0.0), if most > 0.0 { 1.06 * most } else { 1.0 }],
         }
@@ -227,7 +234,7 @@ impl Chart {
     fn draw_names(&self, root: &Area, style: &TextStyle) -> Result<i32> {
         let fine = FINE as i32;
         let (mut x, mut y) = (10, 38);
-        for (number, curve) in self.curves.iter().enumerate() {
+        for (number, curve) in self.curves.iter().enumerate().filter(|_| !self.is_scattered()) {
             // As wide as letters are that are wider than most.
             let width = 36 + (curve.name.chars().count() as i32) * 8;
             if x > 10 && x + width > SIZE[0] as i32 - 10 {
