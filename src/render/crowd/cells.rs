@@ -9,16 +9,17 @@ use super::Shape;
 use crate::geom::Bounds;
 use crate::gpu::layout::Placed;
 
-/// Trees that cells hold at least on average, and fewer than four times as many: few enough that cells are small beside the picture, many
-/// enough that asking each of a million trees is never needed.
-const TREES_OF_A_CELL: usize = 32;
-/// Sides of the smallest cells, metres. Each larger side is twice the one before, and all count from the origin: so trees that come elsewhere
-/// change nothing about the cells here.
+/// Squares of the ground that hold more trees are quartered: few enough that cells are small beside the picture, many enough that asking each
+/// of a million trees is never needed.
+const MOST_TREES: usize = 128;
+/// Sides of the smallest squares, metres, and how often the side of the largest is half of that of the next. All count from the origin, and
+/// each is quartered for its own trees alone: so trees that come elsewhere change nothing about the cells here.
 const SMALLEST_M: f32 = 1.0;
+const QUARTERINGS: u32 = 6;
 
-/// The number of the smallest cell in which a tree stands: bits of its row and its column in turns, so that a quarter of the number is the
-/// cell of twice the side (Morton order).
-fn smallest_cell(placed: &Placed) -> u64 {
+/// The number of the smallest square in which a tree stands: bits of its row and its column in turns, so that a quarter of the number is the
+/// square of twice the side (Morton order).
+fn smallest_square(placed: &Placed) -> u64 {
     let spread = |at_m: f32| {
         let line = ((at_m / SMALLEST_M).floor() as i64 + (1 << 30)).clamp(0, (1 << 31) - 1) as u64;
         let steps = [(16, 0x0000_ffff_0000_ffff), (8, 0x00ff_00ff_00ff_00ff), (4, 0x0f0f_0f0f_0f0f_0f0f)];
@@ -29,18 +30,19 @@ fn smallest_cell(placed: &Placed) -> u64 {
     spread(x) | spread(z) << 1
 }
 
-/// How often the smallest side is doubled, so that cells with trees hold enough of them.
-fn doublings(trees: &[Standing]) -> u32 {
-    let mut cells: Vec<u64> = trees.par_iter().map(|(_, placed)| smallest_cell(placed)).collect();
-    cells.par_sort_unstable();
-    let mut doublings = 0;
-    loop {
-        cells.dedup();
-        if cells.len() * TREES_OF_A_CELL <= trees.len() || cells.len() <= 1 {
-            return doublings;
+/// A tree before it has its place: its smallest square, its species, its number.
+type Unsorted = (u64, u16, u32);
+
+/// Puts the trees of each square of a side together that are sorted by their smallest, quartering it where they are many; those of a cell by
+/// species. Tells how many are in each cell.
+fn quarter(trees: &mut [Unsorted], quarterings: u32, cells: &mut Vec<usize>) {
+    for square in trees.chunk_by_mut(|a, b| a.0 >> (2 * quarterings) == b.0 >> (2 * quarterings)) {
+        if square.len() > MOST_TREES && quarterings > 0 {
+            quarter(square, quarterings - 1, cells);
+        } else {
+            square.sort_unstable_by_key(|(_, species, number)| (*species, *number));
+            cells.push(square.len());
         }
-        cells.iter_mut().for_each(|cell| *cell >>= 2);
-        doublings += 1;
     }
 }
 
@@ -81,22 +83,22 @@ pub type Standing = (u16, Placed);
 impl Cells {
     /// Sorts trees into cells: gives them in their new order. Equal trees keep their order, so that it depends on nothing but them.
     pub fn sort(trees: &[Standing], shapes: &[Shape]) -> (Self, Vec<Placed>) {
-        let doublings = doublings(trees);
-        let cell_of = |placed: &Placed| smallest_cell(placed) >> (2 * doublings);
-        let mut order: Vec<(u64, u16, u32)> =
-            trees.par_iter().zip(0..trees.len() as u32).map(|((species, placed), i)| (cell_of(placed), *species, i)).collect();
+        let numbered = trees.par_iter().zip(0..trees.len() as u32);
+        let mut order: Vec<Unsorted> = numbered.map(|((species, placed), i)| (smallest_square(placed), *species, i)).collect();
         order.par_sort_unstable();
+        let mut lengths = vec![];
+        quarter(&mut order, QUARTERINGS, &mut lengths);
         let placed = order.par_iter().map(|(_, _, i)| trees[*i as usize].1).collect::<Vec<_>>();
         let mut all = Self::default();
         let mut begin = 0;
-        for cell in order.chunk_by(|a, b| a.0 == b.0) {
-            all.add(cell, begin, &placed, shapes);
-            begin += cell.len() as u32;
+        for length in lengths {
+            all.add(&order[begin..begin + length], begin as u32, &placed, shapes);
+            begin += length;
         }
         (all, placed)
     }
 
-    fn add(&mut self, cell: &[(u64, u16, u32)], mut begin: u32, placed: &[Placed], shapes: &[Shape]) {
+    fn add(&mut self, cell: &[Unsorted], mut begin: u32, placed: &[Placed], shapes: &[Shape]) {
         let first = self.runs.len() as u32;
         let (mut around, mut tallest_m) = (None::<Bounds>, 0.0f32);
         for run in cell.chunk_by(|a, b| a.1 == b.1) {
@@ -147,6 +149,16 @@ mod tests {
             }
             prop_assert_eq!(next as usize, trees.len());
         }
+    }
+
+    #[test]
+    fn trees_elsewhere_change_nothing_about_the_cells_here() {
+        let here: Vec<Standing> = (0..2000).map(|i| standing(i % 2, (i % 50) as f32 * 3.7, (i / 50) as f32 * 2.9)).collect();
+        let there = (0..3000).map(|i| standing(0, 5000.0 + (i % 30) as f32, (i / 30) as f32));
+        let shapes = [shape(4.0), shape(9.0)];
+        let bounds = |trees: &[Standing]| Cells::sort(trees, &shapes).0.cells.iter().map(|cell| cell.bounds).collect::<Vec<_>>();
+        let (alone, among) = (bounds(&here), bounds(&here.iter().copied().chain(there).collect::<Vec<_>>()));
+        assert!(alone.len() > 20 && alone.iter().all(|cell| among.contains(cell)));
     }
 
     #[test]
