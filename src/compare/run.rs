@@ -118,7 +118,7 @@ pub fn run(
     store.add_time(begun.elapsed().as_secs_f64())?;
     let finished: Vec<_> = request.contenders.iter().map(|of| store.finished(of.id()).expect("all are").clone()).collect();
     let (methods, cells): (Vec<_>, Vec<_>) = finished.into_iter().unzip();
-    let spent = Spent::of_all(truth_s, methods.iter().map(|run| &run.spent), renderers.len());
+    let spent = Spent::of_all(truth_s, methods.iter().map(|run| &run.spent), renderers.len()).of(store.taken_s());
     Ok(Comparison {
         source: request.shop.source.name().to_owned(),
         height_m: hall.stage.height_m(),

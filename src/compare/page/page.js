@@ -13,7 +13,7 @@ function budgetText() {
 /** Where the time went, as planned and as taken. */
 function spentText() {
   const { planned, spent } = data.budget;
-  const parts = [["truth_s", "the truth"], ["build_s", "building"], ["timing_s", "timing"], ["files_s", "files"], ["pictures_s", "pictures"], ["motion_s", "films"]];
+  const parts = [["truth_s", "the truth"], ["build_s", "building"], ["timing_s", "timing"], ["files_s", "files"], ["pictures_s", "pictures"], ["motion_s", "films"], ["rest_s", "getting ready and waiting"]];
   return parts.map(([id, name]) => `${name} ${digits(spent[id])} s (planned ${digits(planned[id])})`).join(", ");
 }
 
