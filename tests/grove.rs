@@ -211,7 +211,7 @@ fn a_drive_whose_device_is_lost_keeps_its_frames() {
         frames: 20,
         ..SceneFile::default()
     };
-    let stock = stock::stock(&file.species, &file.method, &SoftwareCapture::new(), &|_| ()).unwrap();
+    let stock = stock::stock(&file.species, file.method.as_str(), &SoftwareCapture::new(), &|_| ()).unwrap();
     let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
     let scene = lay_out(&file, &sizes, &mut |_| ()).unwrap();
     let mut grove = Grove::plant(&renderer, &scene, &stock).unwrap();
