@@ -703,6 +703,21 @@ pub enum Error {
         /// What is in it.
         found: String,
     },
+    // Culling on the device (render::crowd)
+    /// More than an adapter's shaders can be given at once.
+    #[error("{what} take {needed_mb:.0} MB, but shaders on {adapter} are given at most {most_mb:.0} MB at a time; {instead}")]
+    ShaderRoom {
+        /// Which adapter.
+        adapter: String,
+        /// What takes it.
+        what: &'static str,
+        /// How much.
+        needed_mb: f64,
+        /// How much there is.
+        most_mb: f64,
+        /// What to do.
+        instead: &'static str,
+    },
 }
 
 /// A hue range 30° to both sides, as `--hue` takes it: reds begin below 0.

@@ -8,6 +8,7 @@ use std::process::{Command, Output};
 
 use common::{software_gpu, software_renderer};
 use sphereboard::Error;
+use sphereboard::grove::culling::Chosen;
 use sphereboard::grove::drive::{self, Grove};
 use sphereboard::grove::record::{Recorder, Setting, Started};
 use sphereboard::grove::scene::SpeciesEntry;
@@ -24,7 +25,9 @@ fn sphereboard(args: &[&str]) -> Output {
 /// A small drive past billboards of a small tree on the software driver; what `more` says again counts.
 fn args<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let mut all = vec!["grove", "--out", out, "--adapter", "software"];
+    // Who culls faster is another matter from run to run.
     let usual = [["--species", MODEL], ["--method", "billboard"], ["--size", "96x64"], ["--frames", "4"], ["--pictures", "1"]];
+    let usual = usual.into_iter().chain([["--culling", "cpu"]]).collect::<Vec<_>>();
     all.extend(usual.iter().filter(|[flag, _]| !more.contains(flag)).flatten());
     all.extend(more);
     all
@@ -148,6 +151,21 @@ fn the_same_seed_drives_the_same_way() {
     assert_eq!(first, place.columns("b", steady));
     let picture = |out: &str| std::fs::read(Path::new(&place.path(out)).join("frames/frame_00002.png")).unwrap();
     assert!(picture("a") == picture("b"), "the pictures differ");
+    // The device sees what the processor does; left alone, whoever is faster culls, and both are told.
+    let said = [("c", "compute"), ("d", "auto")].map(|(out, culling)| {
+        place.drives(out, &["--trees", "150", "--culling", culling]);
+        assert!(picture(out) == picture("a"), "{culling}");
+        let shown = |name: &str| ["trees", "near", "triangles"].contains(&name) || name.contains(": ");
+        assert_eq!(place.columns(out, shown), place.columns("a", shown), "{culling}");
+        let summary = std::fs::read_to_string(Path::new(&place.path(out)).join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        assert!(["cpu_ms", "compute_ms"].iter().all(|ms| summary["culling"][ms].as_f64().unwrap() > 0.0), "{summary}");
+        assert_eq!([&summary["culling"]["asked"], &summary["parameters"]["culling"]["culling"]], [culling; 2]);
+        summary["culling"].clone()
+    });
+    assert_eq!(said[0]["by"], "compute");
+    let faster = said[1]["compute_ms"].as_f64() < said[1]["cpu_ms"].as_f64();
+    assert_eq!(said[1]["by"], if faster { "compute" } else { "cpu" });
     let left = |out: &str| {
         let files = std::fs::read_dir(place.path(out)).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
         files.collect::<std::collections::BTreeSet<_>>()
@@ -172,12 +190,18 @@ fn what_stands_behind_the_viewer_costs_nothing() {
     if software_gpu().is_none() {
         return;
     }
+    for culling in ["cpu", "compute"] {
+        behind_costs_nothing(culling);
+    }
+}
+
+fn behind_costs_nothing(culling: &str) {
     let place = Place::new();
     let keys = "[[key]]\ntime_s = 0.0\neye = [-5.0, 4.0, 0.0]\ntarget = [-5.0, 4.0, -50.0]\n\
                 [[key]]\ntime_s = 9.0\neye = [9.0, 4.0, -4.0]\ntarget = [9.0, 4.0, -50.0]\n";
     for behind in [0, 1, 2] {
         let scene = scene_with(&place, behind, keys);
-        place.drives(&format!("out{behind}"), &[&scene, "--frames", "5"]);
+        place.drives(&format!("out{behind}"), &[&scene, "--frames", "5", "--culling", culling]);
     }
     let cost = |name: &str| ["triangles", "draws", "trees", "near", "uploaded_bytes"].contains(&name) || name.contains(": ");
     let alone = place.columns("out0", cost);
@@ -194,9 +218,11 @@ fn a_still_camera_sends_nothing() {
     }
     let place = Place::new();
     let scene = scene_with(&place, 0, "[[key]]\ntime_s = 0.0\neye = [-5.0, 4.0, 0.0]\ntarget = [-5.0, 4.0, -50.0]\n");
-    place.drives("still", &[&scene, "--method", "sphere-board"]);
-    assert_eq!(place.columns("still", |name| name == "uploaded_bytes"), vec![vec!["0"]; 4]);
-    assert!(place.columns("still", |name| name == "trees").iter().all(|line| line[0].parse::<usize>().unwrap() > 30));
+    for culling in ["cpu", "compute"] {
+        place.drives(culling, &[&scene, "--method", "sphere-board", "--culling", culling]);
+        assert_eq!(place.columns(culling, |name| name == "uploaded_bytes"), vec![vec!["0"]; 4]);
+        assert!(place.columns(culling, |name| name == "trees").iter().all(|line| line[0].parse::<usize>().unwrap() > 30));
+    }
 }
 
 #[test]
@@ -215,7 +241,8 @@ fn a_drive_whose_device_is_lost_keeps_its_frames() {
     let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
     let scene = lay_out(&file, &sizes, &mut |_| ()).unwrap();
     let mut grove = Grove::plant(&renderer, &scene, &stock).unwrap();
-    let setting = Setting { adapter: "a".to_owned(), command: "c".to_owned(), started: Started::default() };
+    let setting =
+        Setting { adapter: "a".to_owned(), command: "c".to_owned(), culling: Chosen::default(), started: Started::default() };
     let out = PathBuf::from(folder.path(""));
     let mut recorder = Recorder::new(&out, &scene, &grove, &setting).unwrap();
     let device = renderer.gpu.device.clone();

@@ -70,8 +70,8 @@ fn shaders_take_every_shared_number_from_rust() {
 }
 
 #[test]
-fn no_step_of_growth_or_smoothing_needs_more_storage_buffers_than_every_adapter_has() {
-    for name in ["growth", "smooth"] {
+fn no_step_of_growth_smoothing_or_culling_needs_more_storage_buffers_than_every_adapter_has() {
+    for name in ["growth", "smooth", "cull"] {
         let module = parsed(name);
         let checked = Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).unwrap();
         let group = |variable: &naga::GlobalVariable| variable.binding.as_ref().map(|binding| binding.group);
@@ -132,6 +132,12 @@ fn rust_structs() -> Vec<Layout> {
             sun_level_m,
         }),
         rust_struct!(Placed { position, turn_and_scale }),
+        rust_struct!(CullLook { planes, eye, near_m, px_per_m, sway, least_px, for_sun, pad }),
+        rust_struct!(CullGroup { seen, facing, height_m, radius_m, center_m }),
+        rust_struct!(CullSpan { at, tree, count_and_tests }),
+        rust_struct!(CullBlock { list, first_span, kept_low, kept_high, before }),
+        rust_struct!(CullList { first_block, blocks, kept }),
+        rust_struct!(CullCall { corners, trees, first_corner, base_vertex, first_tree, list }),
         rust_struct!(CaptureView { clip_from_object, far_m, deep_m, pad }),
         rust_struct!(GrowthFrame {
             size_px,

@@ -13,7 +13,7 @@ pub const TREES: [u64; 7] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000];
 /// Of these a picture is taken.
 const PICTURED: u64 = 100;
 /// A frame that takes longer ends it: ten times as many trees would tell no more.
-const SLOWEST_MS: f64 = 4000.0;
+const SLOWEST_MS: f64 = 1000.0;
 
 fn scene(method: &str, trees: u64) -> SceneFile {
     let mut file = SceneFile {

@@ -26,6 +26,7 @@ pub fn run(job: &str) -> Result<()> {
     whole.grove = sphereboard::grove::drive::Grove::plant(&whole.renderer, &whole.scene, &stock)?;
     let (shot, how) = (half.middle(), How::default());
     let mut ratios = vec![];
+    let mut sent = [vec![], vec![]];
     let mut rows = [Row::default(), Row::default()];
     for turn in 0..TURNS + 4 {
         // A camera that moves a little, so that culling is part of it.
@@ -34,9 +35,12 @@ pub fn run(job: &str) -> Result<()> {
         let [a, b] = [half.frame_ms(&shot, &how)?, whole.frame_ms(&shot, &how)?];
         if turn >= 4 {
             ratios.push(b / a);
+            sent[0].push(half.renderer.uploaded_bytes());
+            sent[1].push(whole.renderer.uploaded_bytes());
         }
     }
-    for (row, site) in rows.iter_mut().zip([&half, &whole]) {
+    for (row, site) in rows.iter_mut().zip([&mut half, &mut whole]) {
+        site.grove.tally(&mut site.renderer)?;
         let info = &site.renderer.gpu.info;
         row.job = job.to_owned();
         row.method = file.method.clone();
@@ -46,6 +50,7 @@ pub fn run(job: &str) -> Result<()> {
         row.draws = site.renderer.counted().draws;
         row.adapter = format!("{}, {} {}", info.name, info.driver, info.driver_info);
     }
+    rows[0].how = if sent[0] == sent[1] { "the same bytes".to_owned() } else { "other bytes".to_owned() };
     rows[1].how = format!("{:.4}", quantile(ratios, 0.5));
     keep(job, &rows)
 }

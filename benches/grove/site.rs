@@ -6,10 +6,12 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 use sphereboard::compare::peak_mb;
 use sphereboard::gpu::{AdapterChoice, Gpu};
+use sphereboard::grove::culling::{self, Chosen};
 use sphereboard::grove::drive::{Grove, shot};
 use sphereboard::grove::stock::Stock;
 use sphereboard::grove::trail::Trail;
 use sphereboard::grove::{Scene, SceneFile, lay_out, stock};
+use sphereboard::params::ParamValue;
 use sphereboard::render::{Camera, CullParams, Picture, Renderer, Shot};
 use sphereboard::repr::SoftwareCapture;
 use sphereboard::{Error, Result};
@@ -36,6 +38,10 @@ pub struct Row {
     pub start_s: f64,
     /// Mean FLIP over the pixels of trees, against geometry; not a number where it was not asked.
     pub flip: f64,
+    /// Who culls, and milliseconds of a frame's culling by the processor and by the device.
+    pub culling: String,
+    pub cpu_cull_ms: f64,
+    pub compute_cull_ms: f64,
     pub adapter: String,
 }
 
@@ -69,13 +75,14 @@ pub struct How {
 
 /// Frames before the first that counts.
 const WARM: usize = 3;
-/// Fewer frames than these have no median.
+/// Fewer frames than these have no median, if it does not take ten times the drive's time to draw them.
 const LEAST: usize = 7;
 
 pub struct Site {
     pub renderer: Renderer,
     pub scene: Scene,
     pub grove: Grove,
+    culling: Chosen,
     species_s: f64,
     start_s: f64,
 }
@@ -105,10 +112,12 @@ impl Site {
     pub fn planted(renderer: Renderer, file: &SceneFile, stock: &[Stock], species_s: f64) -> Result<Self> {
         let begun = Instant::now();
         let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
-        let scene = lay_out(file, &sizes, &mut |_| ())?;
-        let grove = Grove::plant(&renderer, &scene, stock)?;
+        let (mut renderer, mut scene) = (renderer, lay_out(file, &sizes, &mut |_| ())?);
+        let mut grove = Grove::plant(&renderer, &scene, stock)?;
         renderer.gpu.wait()?;
-        Ok(Self { renderer, scene, grove, species_s, start_s: begun.elapsed().as_secs_f64() })
+        let start_s = begun.elapsed().as_secs_f64();
+        let culling = culling::choose(&mut renderer, &mut grove, &mut scene)?;
+        Ok(Self { renderer, scene, grove, culling, species_s, start_s })
     }
 
     fn shots(&self, frames: usize, how: &How) -> Vec<Shot> {
@@ -133,11 +142,8 @@ impl Site {
     }
 
     fn culls(&self, how: &How) -> (CullParams, Option<Camera>) {
-        if how.no_culling {
-            (CullParams { least_px: 0.0, ..how.cull.clone() }, Some(self.above()))
-        } else {
-            (how.cull.clone(), None)
-        }
+        let cull = CullParams { culling: self.culling.by, ..how.cull.clone() };
+        if how.no_culling { (CullParams { least_px: 0.0, ..cull }, Some(self.above())) } else { (cull, None) }
     }
 
     /// Milliseconds of a frame.
@@ -160,17 +166,28 @@ impl Site {
         // A few frames spread over the path tell how many fit.
         let probes = self.shots(5, how);
         self.frame_ms(&probes[2], how)?;
-        let probed = probes.iter().map(|shot| self.frame_ms(shot, how)).collect::<Result<Vec<_>>>()?;
+        let (mut probed, begun) = (vec![], Instant::now());
+        for shot in &probes {
+            probed.push(self.frame_ms(shot, how)?);
+            if begun.elapsed().as_secs_f64() > seconds() {
+                break;
+            }
+        }
         let mean_ms = probed.iter().sum::<f64>() / probed.len() as f64;
         let frames = ((1e3 * seconds() / mean_ms) as usize).clamp(LEAST.min(most), most);
         let shots = self.shots(frames, how);
-        for _ in 0..WARM {
+        let slow = mean_ms * LEAST as f64 > 1e4 * seconds();
+        for _ in 0..if slow { 0 } else { WARM } {
             self.frame_ms(&shots[0], how)?;
         }
+        // The slowest are seen in three places.
+        let shots = if slow { shots.into_iter().skip(1).step_by(2).take(3).collect() } else { shots };
+        let frames = shots.len();
         let mut moments = vec![];
         let mut nears = vec![];
         for (number, shot) in shots.iter().enumerate() {
             let ms = self.frame_ms(shot, how)?;
+            self.grove.tally(&mut self.renderer)?;
             let (counted, crowd) = (self.renderer.counted(), self.grove.crowd());
             let time_s = number as f32 * self.scene.path.length_s() / frames.saturating_sub(1).max(1) as f32;
             nears.push(crowd.trees_near());
@@ -195,6 +212,9 @@ impl Site {
             species_s: self.species_s,
             start_s: self.start_s,
             flip: f64::NAN,
+            culling: self.culling.by.show(),
+            cpu_cull_ms: self.culling.cpu_ms.unwrap_or(f64::NAN),
+            compute_cull_ms: self.culling.compute_ms.unwrap_or(f64::NAN),
             adapter: format!("{}, {} {}", info.name, info.driver, info.driver_info),
         };
         Ok((row, moments))

@@ -1,5 +1,6 @@
 // What a part of a tree is made of, and when it is seen: bound by every drawer of parts, whatever places its vertices.
 #import shared/frame
+#import shared/seen
 
 // Mirrors gpu::layout::Material.
 struct Material {
@@ -20,30 +21,6 @@ struct Material {
     pad4: f32,
 }
 
-// Mirrors gpu::layout::Presence.
-struct Presence {
-    anchor: vec3f,
-    grid: u32,
-    appears: vec2f,
-    vanishes: vec2f,
-    axis: vec3f,
-    radius_m: f32,
-    pivot: vec3f,
-    pad: f32,
-    vanish_anchor: vec3f,
-    pad2: f32,
-    cosines: vec2f,
-    rises: vec2f,
-    sinks: vec2f,
-    pad3: vec2f,
-}
-
-// Bits of PART_FACING.
-const FACING: u32 = {FACING};
-const FACING_LEVEL: u32 = {FACING_LEVEL};
-const FACING_BOTH: u32 = {FACING_BOTH};
-const FACING_OWN: u32 = {FACING_OWN};
-const FACING_SECTOR: u32 = {FACING_SECTOR};
 // Values of PART_FADE: always seen in full; thinned out by a hash of the place; by its alpha.
 const FADE_NEVER: u32 = {FADE_NEVER};
 const FADE_ALPHA: u32 = {FADE_ALPHA};

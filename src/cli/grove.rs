@@ -17,7 +17,7 @@ use crate::grove::record::{Recorder, Setting, Started};
 use crate::grove::scene::{PRESETS, SpeciesEntry, StageParams, lay_out, preset};
 use crate::grove::stock::{self, StandIn, Stock};
 use crate::grove::trail::FollowParams;
-use crate::grove::{Scene, SceneFile, photos};
+use crate::grove::{Scene, SceneFile, culling, photos};
 use crate::raster::{FRAME_MS, PngEffort, png_with, webp};
 use crate::render::{CullParams, Renderer};
 use crate::repr::{self, Settings, SoftwareCapture};
@@ -138,15 +138,18 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     let mut renderer = Renderer::new(Gpu::open(&look::adapter(matches))?)?;
     let _folder = files::ready_folder(out)?;
     let mut started = Started::default();
-    let (scene, stock) = planted(matches, &file, &mut started)?;
+    let (mut scene, stock) = planted(matches, &file, &mut started)?;
     write_export(matches, &scene, &stock)?;
     let mut watch = Watch(Instant::now());
     let mut grove = Grove::plant(&renderer, &scene, &stock)?;
     started.device_ms = watch.lap_ms();
+    let culling = culling::choose(&mut renderer, &mut grove, &mut scene)?;
+    say::out(&culling.sentence());
     let info = &renderer.gpu.info;
     let setting = Setting {
         adapter: format!("{}, {} {}", info.name, info.driver, info.driver_info),
         command: super::compare::command_line(),
+        culling,
         started,
     };
     let mut recorder = Recorder::new(out, &scene, &grove, &setting)?;

@@ -38,7 +38,18 @@ impl KeptBuffer {
     /// # Errors
     /// [`Error::Device`](crate::Error::Device) when there is no room for them; the old buffer stays.
     pub fn fill(&mut self, gpu: &Gpu, contents: &[u8]) -> Result<bool> {
-        let needed = contents.len() as u64;
+        let grows = self.room(gpu, contents.len() as u64)?;
+        if !contents.is_empty() {
+            gpu.queue.write_buffer(&self.buffer, 0, contents);
+        }
+        Ok(grows)
+    }
+
+    /// Makes room for so many bytes, which something on the device will write. Gives whether that took another buffer.
+    ///
+    /// # Errors
+    /// As [`KeptBuffer::fill`].
+    pub fn room(&mut self, gpu: &Gpu, needed: u64) -> Result<bool> {
         let grows = needed > self.buffer.size();
         if grows {
             let descriptor = wgpu::BufferDescriptor {
@@ -48,9 +59,6 @@ impl KeptBuffer {
                 mapped_at_creation: false,
             };
             self.buffer = gpu.guarded(|| gpu.device.create_buffer(&descriptor))?;
-        }
-        if needed > 0 {
-            gpu.queue.write_buffer(&self.buffer, 0, contents);
         }
         Ok(grows)
     }

@@ -21,6 +21,10 @@ pub const SHARED_NUMBERS: &[(&str, u32)] = &[
     ("FACING_BOTH", Presence::FACING_BOTH),
     ("FACING_OWN", Presence::FACING_OWN),
     ("FACING_SECTOR", Presence::FACING_SECTOR),
+    ("CULL_BLOCK", CullBlock::CANDIDATES),
+    ("CULL_STRIPS", CullList::STRIPS),
+    ("CULL_IN_PICTURE", CullSpan::IN_PICTURE),
+    ("CULL_LEVEL", CullSpan::LEVEL),
     ("FADE_NEVER", Presence::FADE_NEVER),
     ("FADE_ALPHA", Presence::FADE_ALPHA),
     ("TURNED_UPRIGHT", Presence::TURNED_UPRIGHT),
@@ -423,6 +427,119 @@ impl Placed {
         step_mode: wgpu::VertexStepMode::Instance,
         attributes: &wgpu::vertex_attr_array![3 => Uint32],
     };
+}
+
+/// Who culls many trees on the device, and how closely: WGSL `CullLook`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct CullLook {
+    /// What bounds the picture, positive inside.
+    pub planes: [[f32; 4]; 6],
+    /// Where the viewer stands.
+    pub eye: [f32; 3],
+    /// No tree counts as nearer.
+    pub near_m: f32,
+    /// A metre at distance d is `x + y / d` pixels.
+    pub px_per_m: [f32; 2],
+    /// The wind pushes a tree of height h at most `x · h + y`.
+    pub sway: [f32; 2],
+    /// Trees lower than that in the picture are left out.
+    pub least_px: f32,
+    /// 1: for the sun's map.
+    pub for_sun: u32,
+    /// Unused: keeps the size a multiple of 16.
+    pub pad: [f32; 2],
+}
+
+/// When trees are in a list of what is seen, and how large their species is: WGSL `CullGroup`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct CullGroup {
+    /// At which distances and from which sides.
+    pub seen: Presence,
+    /// Bits: [`Presence::FACING`] and so on.
+    pub facing: u32,
+    /// Height of the species, metres.
+    pub height_m: f32,
+    /// Radius of the ball around it.
+    pub radius_m: f32,
+    /// How high the middle of that lies.
+    pub center_m: f32,
+}
+
+/// Neighbouring trees that may be in a list: WGSL `CullSpan`. After the last come two that begin at `u32::MAX`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct CullSpan {
+    /// The number of its first candidate.
+    pub at: u32,
+    /// And which tree that is.
+    pub tree: u32,
+    /// How many they are, and what is to be asked of them.
+    pub count_and_tests: u32,
+}
+
+impl CullSpan {
+    /// Whether they are in the picture.
+    pub const IN_PICTURE: u32 = 1 << 31;
+    /// Whether they are seen at their distance and from their side.
+    pub const LEVEL: u32 = 1 << 30;
+}
+
+/// Candidates that a workgroup asks: WGSL `CullBlock`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct CullBlock {
+    /// Of which list.
+    pub list: u32,
+    /// The span of the first of them.
+    pub first_span: u32,
+    /// Bits of those that are kept: the first 32, the others.
+    pub kept_low: u32,
+    /// See `kept_low`.
+    pub kept_high: u32,
+    /// How many are kept in the list before them.
+    pub before: u32,
+}
+
+impl CullBlock {
+    /// How many they are.
+    pub const CANDIDATES: u32 = 64;
+}
+
+/// A list of what is seen: WGSL `CullList`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct CullList {
+    /// Its first block of candidates.
+    pub first_block: u32,
+    /// How many blocks it has.
+    pub blocks: u32,
+    /// How many trees are in it.
+    pub kept: u32,
+}
+
+impl CullList {
+    /// Invocations that sum up one.
+    pub const STRIPS: u32 = 256;
+}
+
+/// The arguments of an indirect call that draws a part of many trees, and the list of those: WGSL `CullCall`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct CullCall {
+    /// Corners of the part's triangles.
+    pub corners: u32,
+    /// How many trees.
+    pub trees: u32,
+    /// 0.
+    pub first_corner: u32,
+    /// 0.
+    pub base_vertex: u32,
+    /// 0.
+    pub first_tree: u32,
+    /// The number of the list.
+    pub list: u32,
 }
 
 impl Vertex {

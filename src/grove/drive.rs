@@ -42,6 +42,14 @@ impl Grove {
         &self.crowd
     }
 
+    /// Asks the device what the last frame showed, where it has culled.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::tally`].
+    pub fn tally(&mut self, renderer: &mut Renderer) -> Result<()> {
+        renderer.tally(&mut self.crowd)
+    }
+
     /// How many trees the last frame showed at each level of each species: those in the group of it of which most are seen.
     pub fn shown(&self) -> Vec<Vec<usize>> {
         let of_species = |(species, levels): (usize, &Vec<(Level, Vec<usize>)>)| {
@@ -137,6 +145,7 @@ pub fn drive(renderer: &mut Renderer, grove: &mut Grove, scene: &Scene, told: &m
         let look = scene.path.at(time_s);
         let shot = shot(scene, look, time_s, trail.follow(look.eye, time_s, &scene.file.levels), at);
         let passes = renderer.timed(&shot, grove.world(&scene.file.culling, None))?;
+        grove.tally(renderer)?;
         let frame = Frame {
             time_s,
             ms: renderer.frame_ms(),

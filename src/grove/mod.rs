@@ -2,6 +2,7 @@
 
 pub mod against;
 pub mod chains;
+pub mod culling;
 pub mod drive;
 pub mod export;
 pub mod inventory;

@@ -259,6 +259,7 @@ fn facts(summary: &Summary) -> Vec<[String; 2]> {
         line("Path", format!("{:.1} s in {} frames", summary.path_s, grouped(summary.frames))),
         line("Seed", summary.seed.to_string()),
         line("Adapter, driver", summary.adapter.clone()),
+        line("Culling", summary.culling.sentence()),
         line("Program", format!("{}, commit {}", summary.program, summary.commit)),
         line(
             "Until the first frame",

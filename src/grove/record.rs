@@ -9,10 +9,12 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::against::Against;
+use super::culling::Chosen;
 use super::drive::{Frame, Grove};
 use super::scene::Scene;
 use crate::compare::peak_mb;
 use crate::model::About;
+use crate::render::CullParams;
 use crate::{Error, Result};
 
 /// Milliseconds until the first frame.
@@ -32,6 +34,8 @@ pub struct Setting {
     pub adapter: String,
     /// The command line.
     pub command: String,
+    /// Who culls.
+    pub culling: Chosen,
     /// What came before the first frame.
     pub started: Started,
 }
@@ -78,6 +82,8 @@ pub struct Summary {
     pub bytes_per_tree: f64,
     /// Most memory that the process held, megabytes; nothing where the system does not tell.
     pub memory_mb: Option<f64>,
+    /// Who culls, and what both would take.
+    pub culling: Chosen,
     /// Milliseconds until the first frame.
     pub started: Started,
     /// Duration of the path, seconds.
@@ -225,6 +231,8 @@ impl<'a> Recorder<'a> {
         let median_ms = of(&|frame: &Frame| frame.ms, 0.5);
         let file = &self.scene.file;
         let trees = self.scene.planted.len();
+        // As it was asked for, whatever was chosen then.
+        let asked = CullParams { culling: self.setting.culling.asked, ..file.culling.clone() };
         Summary {
             program: About::this_program(),
             commit: env!("SPHEREBOARD_COMMIT"),
@@ -239,6 +247,7 @@ impl<'a> Recorder<'a> {
             ground_triangles: self.scene.ground.triangles(),
             bytes_per_tree: grove.crowd().device_bytes() as f64 / trees.max(1) as f64,
             memory_mb: peak_mb(),
+            culling: self.setting.culling.clone(),
             started: self.setting.started,
             path_s: self.scene.path.length_s(),
             frames: self.frames.len(),
@@ -255,7 +264,7 @@ impl<'a> Recorder<'a> {
             species: self.species.clone(),
             against: None,
             parameters: json!({ "terrain": file.terrain, "planting": file.planting, "camera": file.camera, "stage": file.stage,
-                "culling": file.culling, "levels": file.levels }),
+                "culling": asked, "levels": file.levels }),
         }
     }
 }

@@ -58,7 +58,7 @@ use crate::{Error, Result};
 
 pub use camera::{Camera, FOV_Y_RAD, Projection};
 pub use capture::GpuCapture;
-pub use crowd::{Batch, Counted, Crowd, CullParams};
+pub use crowd::{Batch, Counted, Crowd, CullParams, Culling};
 pub use growth::{GrowthChoice, GrowthEdges, GrowthInput, GrowthKeys, GrowthParams, GrowthRoots};
 pub use light::LightParams;
 pub use present::Window;
@@ -119,11 +119,17 @@ pub struct Renderer {
     crowns: wgpu::Buffer,
     targets: Option<Targets>,
     uploaded_bytes: u64,
+    /// Culls crowds on the device, once that was asked for.
+    culler: Option<crowd::Culler>,
     /// What the sun's map shows, where that is known.
     cast: Option<Cast>,
     /// Whether the map of trees one by one stays, too, while it shows the same: where nothing is measured.
     keeps_map: bool,
+    /// Of all trees, and of those that are no crowd's.
     counted: Counted,
+    counted_alone: Counted,
+    /// The last frame drew the sun's map.
+    map_drawn: bool,
     prepared_ms: f64,
     frame_ms: f64,
     /// Running while a frame is timed.
@@ -193,9 +199,12 @@ impl Renderer {
             crowns,
             targets: None,
             uploaded_bytes: 0,
+            culler: None,
             cast: None,
             keeps_map: false,
             counted: Counted::default(),
+            counted_alone: Counted::default(),
+            map_drawn: false,
             prepared_ms: 0.0,
             frame_ms: 0.0,
             clock: None,
@@ -285,6 +294,29 @@ impl Renderer {
         clock.read(&self.gpu)
     }
 
+    /// Milliseconds until the device knows what a frame shows of a crowd and what casts shadows on it; nothing is drawn.
+    ///
+    /// # Errors
+    /// As [`Renderer::picture`].
+    pub fn cull_ms<'a>(&mut self, shot: &Shot, world: impl Into<World<'a>>) -> Result<f64> {
+        let world = world.into();
+        let begun = Instant::now();
+        let sun = self.sun_view(shot, &world)?;
+        let World { crowd: Some(crowd), ground, cull, frozen, .. } = world else { return Ok(0.0) };
+        let culler = culler_for(&mut self.culler, &self.gpu, &self.frame, &cull);
+        crowd.see(&self.gpu, shot, frozen, sun, (&cull, culler))?;
+        let placed = Placed { stands: &[], casters: 0, crowd: Some(crowd), ground };
+        let frame = frame_of(shot, Sway::of(&shot.wind), sun.map(|(view, _)| view), &placed);
+        self.gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("culling") });
+        if let Some(culler) = &self.culler {
+            placed.crowd.map(|crowd| crowd.cull(&mut encoder, culler));
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.wait()?;
+        Ok(begun.elapsed().as_secs_f64() * 1e3)
+    }
+
     /// What was sent to the device for the last frame because of what it shows of trees: changes of level of foliage.
     pub fn sent_bytes(&self) -> u64 {
         self.sent_bytes
@@ -315,6 +347,17 @@ impl Renderer {
         self.counted
     }
 
+    /// Asks the device how many trees of a crowd the last frame showed, where it has culled them: [`Renderer::counted`] and the crowd's own
+    /// numbers are at most so many before. Waits for it, after the frame.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device fails.
+    pub fn tally(&mut self, crowd: &mut Crowd) -> Result<()> {
+        crowd.tally(&self.gpu)?;
+        self.counted = self.counted_alone + crowd.counted_of(self.map_drawn);
+        Ok(())
+    }
+
     /// The picture that [`Renderer::draw`] made last.
     ///
     /// # Panics
@@ -332,7 +375,8 @@ impl Renderer {
         let casters = stands.len();
         let (mut sent, mut crowd_of_frame, mut near) = (0, None, vec![]);
         if let Some(crowd) = crowd {
-            sent = crowd.see(&self.gpu, shot, frozen, sun, &cull)?;
+            let culler = culler_for(&mut self.culler, &self.gpu, &self.frame, &cull);
+            sent = crowd.see(&self.gpu, shot, frozen, sun, (&cull, culler))?;
             near = crowd.near();
             crowd_of_frame = Some(&*crowd);
         }
@@ -371,7 +415,9 @@ impl Renderer {
         let cast = sun_map.and_then(|sun| Cast::of(shot, placed, sun, self.keeps_map));
         let map_stays = cast.is_some() && self.cast == cast;
         self.cast = cast;
-        self.counted = scene.counted(!map_stays);
+        self.map_drawn = view.is_some() && !map_stays;
+        self.counted_alone = scene.counted(self.map_drawn);
+        self.counted = self.counted_alone + placed.crowd.map_or(Counted::default(), |crowd| crowd.counted_of(self.map_drawn));
         let gpu = &self.gpu;
         self.sent_bytes = self.leaves.prepare(gpu, &scene)?;
         uploaded_bytes += self.sent_bytes + self.meshes.prepare(gpu, &scene)? + self.impostors.prepare(gpu, &scene)?;
@@ -380,7 +426,12 @@ impl Renderer {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let mut passed = |encoder: &mut _, pass| self.clock.as_mut().map_or(Ok(()), |clock| clock.passed(gpu, encoder, pass));
         passed(&mut encoder, "begin")?;
-        if view.is_some() && !map_stays {
+        if let (Some(culler), Some(crowd)) = (&self.culler, placed.crowd)
+            && crowd.cull(&mut encoder, culler)
+        {
+            passed(&mut encoder, "culling")?;
+        }
+        if self.map_drawn {
             let mut pass = begin_shadow(&mut encoder, &self.frame_group, &self.sun);
             drawers.iter().for_each(|drawer| drawer.draw(&mut pass, &scene, PassKind::Shadow));
             drop(pass);
@@ -425,6 +476,16 @@ impl Renderer {
         }
         Ok(())
     }
+}
+
+/// Who culls on the device, where that is asked for; made when it first is.
+fn culler_for<'a>(
+    kept: &'a mut Option<crowd::Culler>,
+    gpu: &Gpu,
+    frame: &wgpu::Buffer,
+    cull: &CullParams,
+) -> Option<&'a crowd::Culler> {
+    cull.on_device().then(|| &*kept.get_or_insert_with(|| crowd::Culler::new(gpu, frame)))
 }
 
 /// Begins the pass into the sun's map.

@@ -190,16 +190,7 @@ fn traits_of(part: &Part, (drawn, seen): (&Drawn, &Seen), place: PlaceInTree) ->
             Fade::Alpha if alpha_cutoff.is_some() => layout::Presence::FADE_ALPHA,
             Fade::Alpha | Fade::Hashed => layout::Presence::FADE_HASHED,
         },
-        facing: match seen.facing {
-            Facing::Any => 0,
-            Facing::Sector { .. } => layout::Presence::FACING | layout::Presence::FACING_LEVEL | layout::Presence::FACING_SECTOR,
-            Facing::Own { .. } => layout::Presence::FACING | layout::Presence::FACING_OWN | layout::Presence::FACING_BOTH,
-            Facing::Toward { level, both_sides, .. } => {
-                let bit = |set: bool, bit: u32| if set { bit } else { 0 };
-                let level = bit(level, layout::Presence::FACING_LEVEL);
-                layout::Presence::FACING | level | bit(both_sides, layout::Presence::FACING_BOTH)
-            }
-        },
+        facing: facing_bits(seen),
         turned: match drawn {
             Drawn::Still | Drawn::Forest(_) => 0,
             Drawn::Turned { upright: true, .. } => layout::Presence::TURNED_UPRIGHT,
@@ -232,7 +223,22 @@ fn is_stand_in(part: &Part, tree: Bounds) -> bool {
     captured && area > (CARD * tree.height_m()).powi(2) * mesh.polygon_count() as f32
 }
 
-fn presence_of(drawn: &Drawn, seen: &Seen) -> layout::Presence {
+/// From which sides it is seen, as shaders are told: bits.
+pub fn facing_bits(seen: &Seen) -> u32 {
+    match seen.facing {
+        Facing::Any => 0,
+        Facing::Sector { .. } => layout::Presence::FACING | layout::Presence::FACING_LEVEL | layout::Presence::FACING_SECTOR,
+        Facing::Own { .. } => layout::Presence::FACING | layout::Presence::FACING_OWN | layout::Presence::FACING_BOTH,
+        Facing::Toward { level, both_sides, .. } => {
+            let bit = |set: bool, bit: u32| if set { bit } else { 0 };
+            let level = bit(level, layout::Presence::FACING_LEVEL);
+            layout::Presence::FACING | level | bit(both_sides, layout::Presence::FACING_BOTH)
+        }
+    }
+}
+
+/// The same with distances, and how it is drawn.
+pub fn presence_of(drawn: &Drawn, seen: &Seen) -> layout::Presence {
     let Seen { anchor, vanish_anchor, appears, vanishes, facing, .. } = *seen;
     let (rises, sinks) = match facing {
         Facing::Sector { rises, sinks, .. } => (rises, sinks),

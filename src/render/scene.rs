@@ -140,15 +140,14 @@ impl Scene<'_> {
         if kind == PassKind::Shadow { &self.cast } else { &self.seen }
     }
 
-    /// Draw calls and triangles of the picture, and of the sun's map if that is drawn, but for foliage in levels of detail.
+    /// Draw calls and triangles of the picture, and of the sun's map if that is drawn, but for foliage in levels of detail and for crowds.
     pub fn counted(&self, with_map: bool) -> Counted {
         let of_kind = |kind| {
-            let of_crowd = self.crowd.map_or(Counted::default(), |crowd| crowd.counted(kind));
             let parts = self.trees(kind).iter().flat_map(|placed| {
                 let parts = placed.tree.meshes().iter().chain(placed.tree.impostors());
                 parts.filter_map(|part| Some((part, placed.placed(part.group)?.1)))
             });
-            parts.fold(of_crowd, |sum, (part, count)| {
+            parts.fold(Counted::default(), |sum, (part, count)| {
                 sum + Counted { draws: 1, triangles: u64::from(count) * u64::from(part.count / 3) }
             })
         };

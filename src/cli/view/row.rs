@@ -38,7 +38,7 @@ impl Content for Row {
     type Action = Action;
     const KEYS: &'static [Binding<Action>] = keys::KEYS;
 
-    fn load(&mut self, renderer: &Renderer) -> Result<()> {
+    fn load(&mut self, renderer: &mut Renderer) -> Result<()> {
         let upload = |(tree, at): (&Subject, Vec3)| {
             Ok((renderer.upload_built(&tree.built)?, Instance { position: at.to_array(), ..Instance::IDENTITY }))
         };

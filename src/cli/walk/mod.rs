@@ -14,10 +14,10 @@ use glam::Vec2;
 use super::window::keys::Binding;
 use super::window::{Content, Pace, Request};
 use crate::Result;
-use crate::grove::Scene;
 use crate::grove::drive::{self, Grove};
 use crate::grove::stock::Stock;
 use crate::grove::trail::Trail;
+use crate::grove::{Scene, culling};
 use crate::render::{Camera, Counted, LevelViewer, Renderer, Shot, Show, World};
 
 use flight::Flight;
@@ -246,8 +246,10 @@ impl Content for Walk {
     type Action = Action;
     const KEYS: &'static [Binding<Action>] = KEYS;
 
-    fn load(&mut self, renderer: &Renderer) -> Result<()> {
-        self.grove = Some(Grove::plant(renderer, &self.scene, &self.stock)?);
+    fn load(&mut self, renderer: &mut Renderer) -> Result<()> {
+        let mut grove = Grove::plant(renderer, &self.scene, &self.stock)?;
+        self.notice = culling::choose(renderer, &mut grove, &mut self.scene)?.sentence();
+        self.grove = Some(grove);
         Ok(())
     }
 
@@ -330,8 +332,13 @@ impl Content for Walk {
         draw(self.grove.as_mut().map_or_else(World::default, |grove| grove.world(&self.scene.file.culling, frozen)))
     }
 
-    fn drawn(&mut self, renderer: &Renderer) -> bool {
-        let Some(grove) = &self.grove else { return false };
+    fn drawn(&mut self, renderer: &mut Renderer) -> bool {
+        // While it moves, numbers of trees that the device culls are at most so many: nobody waits for them.
+        let still = !self.moves();
+        let Some(grove) = &mut self.grove else { return false };
+        if still && let Err(error) = grove.tally(renderer) {
+            self.notice = error.to_string();
+        }
         let crowd = grove.crowd();
         let seen = Seen { trees: crowd.trees_seen(), near: crowd.trees_near(), counted: renderer.counted(), shown: grove.shown() };
         let differs = seen != self.seen;

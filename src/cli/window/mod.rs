@@ -40,7 +40,7 @@ pub trait Content {
     const KEYS: &'static [Binding<Self::Action>];
 
     /// Puts what is shown onto the device, once the window is open.
-    fn load(&mut self, renderer: &Renderer) -> Result<()>;
+    fn load(&mut self, renderer: &mut Renderer) -> Result<()>;
 
     /// Does what a key says; `shift` is held with it.
     fn act(&mut self, action: Self::Action, shift: bool) -> Request;
@@ -82,7 +82,7 @@ pub trait Content {
     fn world<T>(&mut self, draw: impl FnOnce(World) -> T) -> T;
 
     /// A frame was drawn; true when the text says something else for it.
-    fn drawn(&mut self, _renderer: &Renderer) -> bool {
+    fn drawn(&mut self, _renderer: &mut Renderer) -> bool {
         false
     }
 
@@ -232,9 +232,9 @@ impl<C: Content> App<C> {
         let attributes = Window::default_attributes().with_title("sphereboard").with_inner_size(PhysicalSize::new(width, height));
         let window = event_loop.create_window(attributes).map_err(|e| Error::NoWindow { what: e.to_string() })?;
         let window = Arc::new(window);
-        let renderer = Renderer::new(Gpu::open(&self.opening.adapter)?)?;
+        let mut renderer = Renderer::new(Gpu::open(&self.opening.adapter)?)?;
         let pane = Pane::new(&renderer, window.clone(), window.inner_size().into())?;
-        self.content.load(&renderer)?;
+        self.content.load(&mut renderer)?;
         Ok(Open { window, renderer, pane, pace: Pace::default(), shown: None })
     }
 
@@ -266,7 +266,7 @@ impl<C: Content> App<C> {
         let shown = self.content.world(|world| open.pane.show(&mut open.renderer, &shot, world, over.as_ref()))?;
         if shown {
             open.shown(begun);
-            self.stale = self.content.drawn(&open.renderer) && self.help;
+            self.stale = self.content.drawn(&mut open.renderer) && self.help;
             open.window.set_title(&format!("sphereboard: {}", self.content.words(open.pace).0));
         }
         Ok(shown)

@@ -1,3 +1,4 @@
+use super::super::culling::Chosen;
 use super::*;
 use crate::grove::against::{Against, Compared};
 use crate::grove::record::{OfSpecies, Started};
@@ -39,6 +40,7 @@ fn drive(title: &str, frames: usize) -> Drive {
         ground_triangles: 8,
         bytes_per_tree: 20.0,
         memory_mb: None,
+        culling: Chosen { cpu_ms: Some(1.25), compute_ms: Some(7.5), ..Chosen::default() },
         started: Started::default(),
         path_s: 60.0,
         frames,
@@ -93,6 +95,7 @@ fn the_page_holds_plots_figures_and_parameters_and_fetches_nothing() {
         "8.00",
         "0.0432",
         "drive.webp",
+        "the processor culls: 1.25 ms a frame by the processor, 7.50 ms by the device",
         "<td class=\"text good\">3 m&#x2f;s</td>",
     ] {
         assert!(html.contains(words), "{words}");

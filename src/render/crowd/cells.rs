@@ -3,16 +3,46 @@
 
 use std::ops::Range;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use super::Shape;
 use crate::geom::Bounds;
 use crate::gpu::layout::Placed;
 
-/// Trees of a cell, about: few enough that cells are small beside the picture, many enough that asking each of a million trees is never
-/// needed.
-const TREES_OF_A_CELL: f32 = 64.0;
+/// Trees that cells hold at least on average, and fewer than four times as many: few enough that cells are small beside the picture, many
+/// enough that asking each of a million trees is never needed.
+const TREES_OF_A_CELL: usize = 32;
+/// Sides of the smallest cells, metres. Each larger side is twice the one before, and all count from the origin: so trees that come elsewhere
+/// change nothing about the cells here.
+const SMALLEST_M: f32 = 1.0;
+
+/// The number of the smallest cell in which a tree stands: bits of its row and its column in turns, so that a quarter of the number is the
+/// cell of twice the side (Morton order).
+fn smallest_cell(placed: &Placed) -> u64 {
+    let spread = |at_m: f32| {
+        let line = ((at_m / SMALLEST_M).floor() as i64 + (1 << 30)).clamp(0, (1 << 31) - 1) as u64;
+        let steps = [(16, 0x0000_ffff_0000_ffff), (8, 0x00ff_00ff_00ff_00ff), (4, 0x0f0f_0f0f_0f0f_0f0f)];
+        let steps = steps.into_iter().chain([(2, 0x3333_3333_3333_3333), (1, 0x5555_5555_5555_5555)]);
+        steps.fold(line, |bits, (by, kept)| (bits | bits << by) & kept)
+    };
+    let [x, _, z] = placed.position;
+    spread(x) | spread(z) << 1
+}
+
+/// How often the smallest side is doubled, so that cells with trees hold enough of them.
+fn doublings(trees: &[Standing]) -> u32 {
+    let mut cells: Vec<u64> = trees.par_iter().map(|(_, placed)| smallest_cell(placed)).collect();
+    cells.par_sort_unstable();
+    let mut doublings = 0;
+    loop {
+        cells.dedup();
+        if cells.len() * TREES_OF_A_CELL <= trees.len() || cells.len() <= 1 {
+            return doublings;
+        }
+        cells.iter_mut().for_each(|cell| *cell >>= 2);
+        doublings += 1;
+    }
+}
 
 /// A square of the ground with trees.
 #[derive(Debug, Clone)]
@@ -39,7 +69,7 @@ pub struct Run {
 /// All cells.
 #[derive(Debug, Clone, Default)]
 pub struct Cells {
-    /// Cells that hold trees, row by row.
+    /// Cells that hold trees, neighbours mostly beside each other.
     pub cells: Vec<Cell>,
     /// Their runs.
     pub runs: Vec<Run>,
@@ -51,16 +81,8 @@ pub type Standing = (u16, Placed);
 impl Cells {
     /// Sorts trees into cells: gives them in their new order. Equal trees keep their order, so that it depends on nothing but them.
     pub fn sort(trees: &[Standing], shapes: &[Shape]) -> (Self, Vec<Placed>) {
-        let Some(ground) = Bounds::of(trees.iter().map(|(_, placed)| Vec3::from(placed.position))) else {
-            return (Self::default(), vec![]);
-        };
-        let size = ground.size();
-        let side_m = (size.x * size.z * TREES_OF_A_CELL / trees.len() as f32).sqrt().max(1.0);
-        let across = (size.x / side_m) as u64 + 1;
-        let cell_of = |placed: &Placed| {
-            let [x, _, z] = placed.position;
-            ((z - ground.min.z) / side_m) as u64 * across + ((x - ground.min.x) / side_m) as u64
-        };
+        let doublings = doublings(trees);
+        let cell_of = |placed: &Placed| smallest_cell(placed) >> (2 * doublings);
         let mut order: Vec<(u64, u16, u32)> =
             trees.par_iter().zip(0..trees.len() as u32).map(|((species, placed), i)| (cell_of(placed), *species, i)).collect();
         order.par_sort_unstable();
@@ -132,7 +154,7 @@ mod tests {
         let trees: Vec<Standing> = (0..10_000).map(|i| standing(0, (i % 100) as f32 * 5.0, (i / 100) as f32 * 5.0)).collect();
         let (cells, _) = Cells::sort(&trees, &[shape(8.0)]);
         let mean = 10_000.0 / cells.cells.len() as f32;
-        assert!((40.0..=80.0).contains(&mean), "{mean}");
+        assert!((32.0..128.0).contains(&mean), "{mean}");
         assert!(Cells::sort(&[], &[]).0.cells.is_empty());
     }
 }

@@ -1,6 +1,7 @@
 //! Which of many trees a picture shows, and in which of their groups: cells against the picture's planes first, then whole cells against the
 //! distances at which a group is seen, and single trees only where a cell lies across one or the other. In parallel over cells; the lists do
-//! not depend on how many threads there are.
+//! not depend on how many threads there are. Where the device culls, single trees are left to it: then what comes out are the spans of those
+//! that may be in a list, in the same order. Trees that may be near enough to be drawn by themselves are always asked here.
 
 use std::ops::Range;
 
@@ -11,7 +12,7 @@ use super::cells::{Cell, Cells, Run};
 use super::frustum::{Frustum, Side};
 use super::{Batch, CullParams, Shape};
 use crate::geom::Bounds;
-use crate::gpu::layout::Placed;
+use crate::gpu::layout::{self, CullBlock, CullList, CullSpan, Placed};
 use crate::render::drawer::PassKind;
 use crate::render::scene::Viewer;
 use crate::render::shadow::SunView;
@@ -58,6 +59,30 @@ impl Look {
         self.params.batch
     }
 
+    /// Whether the device asks.
+    pub fn on_device(&self) -> bool {
+        self.params.on_device()
+    }
+
+    /// The same for the device.
+    pub fn for_device(&self) -> layout::CullLook {
+        let [plain, by_depth] = self.camera.px_per_m(self.size_px[1]);
+        let (near_m, px_per_m) = match self.camera.projection {
+            Projection::Perspective { near_m, .. } => (near_m, [0.0, by_depth * near_m]),
+            Projection::Orthographic { .. } => (1.0, [plain, 0.0]),
+        };
+        let still = self.sway.reach_m(0.0);
+        layout::CullLook {
+            planes: Frustum::new(&self.clip_from_world()).planes(),
+            eye: self.camera.eye.to_array(),
+            near_m,
+            px_per_m,
+            sway: [self.sway.reach_m(1.0) - still, still],
+            least_px: self.params.least_px as f32,
+            ..bytemuck::Zeroable::zeroed()
+        }
+    }
+
     fn clip_from_world(&self) -> glam::Mat4 {
         let [width, height] = self.size_px;
         self.camera.clip_from_world(width as f32 / height as f32)
@@ -91,6 +116,13 @@ impl SunLook {
     }
 }
 
+/// Neighbouring trees of a species, and what is still to be asked of them: [`CullSpan`]'s bits.
+#[derive(Debug, Clone, PartialEq)]
+struct Span {
+    trees: Range<u32>,
+    tests: u32,
+}
+
 /// Lists of trees: one for each group of each species.
 #[derive(Debug, Default, PartialEq)]
 pub struct Lists {
@@ -100,16 +132,54 @@ pub struct Lists {
     pub lists: Vec<Range<u32>>,
 }
 
-/// What a picture shows of many trees.
+/// Trees that may be in such lists: one of candidates for each, and one for each species of those of whom only that picture is to be asked,
+/// so that they can be counted. Each begins with a whole block.
 #[derive(Debug, Default, PartialEq)]
+pub struct Candidates {
+    /// How many there are, with those that are missing to whole blocks; with more than [`MOST_CANDIDATES`] nothing else is here.
+    pub count: u64,
+    /// Who they are.
+    pub spans: Vec<CullSpan>,
+    /// Blocks of them.
+    pub blocks: Vec<CullBlock>,
+    /// The lists.
+    pub lists: Vec<CullList>,
+    /// Where each has room.
+    pub rooms: Vec<Range<u32>>,
+}
+
+/// Four gigabytes of them.
+pub const MOST_CANDIDATES: u64 = 1 << 30;
+
+/// Trees that are drawn together.
+#[derive(Debug, PartialEq)]
+pub enum Found {
+    /// These.
+    Lists(Lists),
+    /// Some of these; the device finds out which.
+    Candidates(Candidates),
+}
+
+impl Found {
+    /// Where each list lies, or has room for all its candidates.
+    pub fn rooms(&self) -> &[Range<u32>] {
+        match self {
+            Self::Lists(lists) => &lists.lists,
+            Self::Candidates(candidates) => &candidates.rooms,
+        }
+    }
+}
+
+/// What a picture shows of many trees.
+#[derive(Debug, PartialEq)]
 pub struct Culled {
     /// Those that are drawn together.
-    pub lists: Lists,
+    pub found: Found,
     /// Trees that are near enough to be drawn one by one: their outlines grow, or their foliage has levels of its own.
     pub near: Vec<(u16, u32)>,
     /// Where in the picture trees may be: left, top, right, bottom in pixels.
     pub rects: Vec<[f32; 4]>,
-    /// Trees in the picture.
+    /// Trees in the picture, those left out that the device counts.
     pub trees: usize,
 }
 
@@ -117,6 +187,7 @@ pub struct Culled {
 #[derive(Default)]
 struct Share {
     lists: Vec<Vec<u32>>,
+    spans: Vec<Vec<Span>>,
     near: Vec<(u16, u32)>,
     rects: Vec<[f32; 4]>,
     trees: usize,
@@ -134,6 +205,33 @@ impl Lists {
     }
 }
 
+impl Candidates {
+    fn of(shares: &[Share], lists: usize) -> Self {
+        let of_list = |list: usize| shares.iter().flat_map(move |share| &share.spans[list]);
+        let in_blocks = |trees: usize| trees.next_multiple_of(CullBlock::CANDIDATES as usize) as u64;
+        let count = (0..lists).map(|list| in_blocks(of_list(list).map(|span| span.trees.len()).sum())).sum();
+        let mut all = Self { count, ..Self::default() };
+        if count > MOST_CANDIDATES {
+            return all;
+        }
+        for list in 0..lists as u32 {
+            let first_block = all.blocks.len() as u32;
+            let begin = first_block * CullBlock::CANDIDATES;
+            let mut at = begin;
+            for Span { trees, tests } in of_list(list as usize) {
+                let (first_span, count) = (all.spans.len() as u32, trees.len() as u32);
+                all.spans.push(CullSpan { at, tree: trees.start, count_and_tests: count | tests });
+                at += count;
+                let blocks = at.div_ceil(CullBlock::CANDIDATES) as usize;
+                all.blocks.resize(blocks, CullBlock { list, first_span, kept_low: 0, kept_high: 0, before: 0 });
+            }
+            all.lists.push(CullList { first_block, blocks: all.blocks.len() as u32 - first_block, kept: 0 });
+            all.rooms.push(begin..at);
+        }
+        all
+    }
+}
+
 /// Many trees, as they are asked for.
 #[derive(Clone, Copy)]
 pub struct Many<'a> {
@@ -143,6 +241,8 @@ pub struct Many<'a> {
     pub placed: &'a [Placed],
     /// What they are of.
     pub shapes: &'a [Shape],
+    /// The device asks single trees.
+    pub on_device: bool,
 }
 
 impl Many<'_> {
@@ -155,7 +255,7 @@ impl Many<'_> {
         cells.par_sort_by(|a, b| a.0.total_cmp(&b.0));
         let cells: Vec<&Cell> = cells.into_iter().map(|(_, cell)| cell).collect();
         let shares = self.shares(&cells, &|cell, share| asking.cell(cell, share));
-        let mut culled = Culled { lists: Lists::of(&shares, self.groups()), ..Culled::default() };
+        let mut culled = Culled { found: self.found(&shares), near: vec![], rects: vec![], trees: 0 };
         for share in shares {
             culled.near.extend(share.near);
             culled.rects.extend(share.rects);
@@ -166,7 +266,7 @@ impl Many<'_> {
     }
 
     /// What casts shadows on the sun's map.
-    pub fn cast(self, look: &SunLook) -> Lists {
+    pub fn cast(self, look: &SunLook) -> Found {
         let cells: Vec<&Cell> = self.cells.cells.iter().collect();
         let shares = self.shares(&cells, &|cell, share| {
             let bounds = swayed(cell, look.sway);
@@ -174,12 +274,19 @@ impl Many<'_> {
                 return false;
             }
             for run in self.runs(cell) {
-                let trees: Vec<u32> = run.trees.clone().collect();
-                self.list(&trees, (run, &bounds), (&look.viewer, PassKind::Shadow), share);
+                let all = Span { trees: run.trees.clone(), tests: 0 };
+                self.list(&[all], (run, &bounds), (&look.viewer, PassKind::Shadow), share);
             }
             true
         });
-        Lists::of(&shares, self.groups())
+        self.found(&shares)
+    }
+
+    fn found(self, shares: &[Share]) -> Found {
+        if self.on_device {
+            return Found::Candidates(Candidates::of(shares, self.groups() + self.shapes.len()));
+        }
+        Found::Lists(Lists::of(shares, self.groups()))
     }
 
     fn groups(self) -> usize {
@@ -195,7 +302,9 @@ impl Many<'_> {
         let groups = self.groups();
         let chunks = cells.par_chunks(CELLS_AT_ONCE);
         let share = |cells: &[&Cell]| {
-            let mut share = Share { lists: vec![vec![]; groups], ..Share::default() };
+            let lists = if self.on_device { 0 } else { groups };
+            let spans = if self.on_device { groups + self.shapes.len() } else { 0 };
+            let mut share = Share { lists: vec![vec![]; lists], spans: vec![vec![]; spans], ..Share::default() };
             let asked = cells.iter().filter(|cell| ask(cell, &mut share)).count();
             (asked > 0).then_some(share)
         };
@@ -203,20 +312,26 @@ impl Many<'_> {
     }
 
     /// Lists trees of a run in each group in which they are seen.
-    fn list(self, trees: &[u32], (run, bounds): (&Run, &Bounds), (viewer, kind): (&Viewer, PassKind), share: &mut Share) {
+    fn list(self, spans: &[Span], (run, bounds): (&Run, &Bounds), (viewer, kind): (&Viewer, PassKind), share: &mut Share) {
         let species = usize::from(run.species);
         let shape = &self.shapes[species];
         let first: usize = self.shapes[..species].iter().map(|shape| shape.groups.len()).sum();
         for (group, seen) in shape.groups.iter().enumerate() {
-            let list = &mut share.lists[first + group];
-            match of_all(seen, shape.height_m, viewer, (run, bounds)) {
-                Some(true) => list.extend(trees),
-                Some(false) => {}
-                None => list.extend(trees.iter().filter(|tree| {
-                    let instance = self.placed[**tree as usize].instance(**tree);
-                    viewer.share(shape.height_m, seen, &instance, kind) > 0.0
-                })),
+            let all = of_all(seen, shape.height_m, viewer, (run, bounds));
+            if all == Some(false) {
+                continue;
             }
+            if self.on_device {
+                let level = if all.is_none() { CullSpan::LEVEL } else { 0 };
+                share.spans[first + group].extend(spans.iter().map(|span| Span { tests: span.tests | level, ..span.clone() }));
+                continue;
+            }
+            let seen_of = |tree: &u32| {
+                let instance = self.placed[*tree as usize].instance(*tree);
+                all == Some(true) || viewer.share(shape.height_m, seen, &instance, kind) > 0.0
+            };
+            let list = &mut share.lists[first + group];
+            spans.iter().for_each(|span| list.extend(span.trees.clone().filter(seen_of)));
         }
     }
 }
@@ -249,13 +364,17 @@ impl InPicture<'_> {
             if tallest_px < self.look.params.least_px as f32 {
                 continue;
             }
-            let trees: Vec<u32> = if side == Side::Across || shape.is_near(tallest_px, self.look) {
-                run.trees.clone().filter(|tree| self.shows(run.species, *tree, share)).collect()
+            let spans = if shape.is_near(tallest_px, self.look) || side == Side::Across && !self.many.on_device {
+                spans_of(run.trees.clone().filter(|tree| self.shows(run.species, *tree, share)))
+            } else if side == Side::Across {
+                let asked = Span { trees: run.trees.clone(), tests: CullSpan::IN_PICTURE };
+                share.spans[self.many.groups() + usize::from(run.species)].push(asked.clone());
+                vec![asked]
             } else {
                 share.trees += run.trees.len();
-                run.trees.clone().collect()
+                vec![Span { trees: run.trees.clone(), tests: 0 }]
             };
-            self.many.list(&trees, (run, &bounds), (&self.look.viewer, PassKind::Temporary), share);
+            self.many.list(&spans, (run, &bounds), (&self.look.viewer, PassKind::Temporary), share);
         }
         true
     }
@@ -281,6 +400,18 @@ impl InPicture<'_> {
         }
         !near
     }
+}
+
+/// Rising numbers of trees of whom nothing is to be asked any more.
+fn spans_of(trees: impl Iterator<Item = u32>) -> Vec<Span> {
+    let mut spans: Vec<Span> = vec![];
+    for tree in trees {
+        match spans.last_mut() {
+            Some(last) if last.trees.end == tree => last.trees.end += 1,
+            _ => spans.push(Span { trees: tree..tree + 1, tests: 0 }),
+        }
+    }
+    spans
 }
 
 /// Whether a group is seen of every tree of a run, or of none; `None` for some.

@@ -28,6 +28,11 @@ impl Frustum {
         Self([w + x, w - x, w + y, w - y, w - z, z].map(unit))
     }
 
+    /// The planes.
+    pub fn planes(&self) -> [[f32; 4]; 6] {
+        self.0.map(|plane| plane.to_array())
+    }
+
     /// How a box lies.
     pub fn of_box(&self, bounds: &Bounds) -> Side {
         let (center, half) = (bounds.center(), 0.5 * bounds.size());

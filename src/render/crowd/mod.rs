@@ -3,7 +3,9 @@
 //! indirect call for each of its parts, however many trees there are. While nothing moves, nothing is culled and nothing is sent.
 
 mod cells;
+mod compute;
 mod cull;
+mod device;
 mod frustum;
 mod vbo;
 
@@ -18,13 +20,16 @@ use super::shadow::SunView;
 use super::tree::Tree;
 use super::{Camera, Shot, Stage};
 use crate::geom::Bounds;
-use crate::gpu::{Gpu, KeptBuffer, layout, upload_buffer};
+use crate::gpu::{Gpu, layout, upload_buffer};
 use crate::repr::Seen;
 use crate::{Error, Result};
 
 use cells::Cells;
+pub(super) use compute::Culler;
+use compute::Places;
 pub(super) use cull::SunLook;
-use cull::{Culled, Lists, Look, Many};
+use cull::{Culled, Found, Look, Many};
+use device::Device;
 use vbo::Batches;
 
 crate::params! {
@@ -36,6 +41,27 @@ crate::params! {
         reshape_px: f64 = 48.0, in 1.0..=4096.0, unit "px", source "She §3.5: 140 of 540, those that are near; ours: by size on the screen";
         /// How many are drawn by one call.
         batch: Batch = Batch::Indirect, unit "", source "ours; Truelsen §5.3 has the other two";
+        /// Who asks which trees are seen; `compute` needs the batch `indirect`.
+        culling: Culling = Culling::Auto, unit "", source "ours: measured at the start, with the scene at hand";
+    }
+}
+
+impl CullParams {
+    /// Whether the device asks.
+    pub fn on_device(&self) -> bool {
+        self.culling == Culling::Compute && self.batch == Batch::Indirect
+    }
+}
+
+crate::choices! {
+    /// Who culls many trees.
+    pub enum Culling {
+        /// Whoever is faster at the start; the processor where nobody has measured.
+        Auto = "auto",
+        /// The processor, with all its cores.
+        Cpu = "cpu",
+        /// The device: a compute shader.
+        Compute = "compute",
     }
 }
 
@@ -111,48 +137,19 @@ pub struct Crowd {
     bounds: Option<Bounds>,
     /// The placed trees on the device, as the drawers bind them.
     group: wgpu::BindGroup,
+    /// And as compute culling does.
+    places: Places,
     /// The lists for the picture, and for the sun's map.
     device: [Device; 2],
     /// For what they were made.
     kept: Option<(Look, Culled)>,
-    kept_sun: Option<(SunLook, Lists)>,
+    kept_sun: Option<(SunLook, Found)>,
+    /// How many trees are in each list: of those that the device asks as many as may be, until it was asked in turn.
+    counts: [Vec<u32>; 2],
     /// What [`Batch::Vbo`] draws, once that was asked for.
     batches: Option<Batches>,
     /// Unlike that of any other.
     number: u64,
-}
-
-/// What is sent anew when what is seen changes.
-#[derive(Debug)]
-struct Device {
-    lists: KeptBuffer,
-    calls: KeptBuffer,
-}
-
-impl Device {
-    fn new(gpu: &Gpu) -> Self {
-        Self {
-            lists: KeptBuffer::new(gpu, "crowd.lists", wgpu::BufferUsages::VERTEX),
-            calls: KeptBuffer::new(gpu, "crowd.calls", wgpu::BufferUsages::INDIRECT),
-        }
-    }
-
-    /// Sends the lists and the arguments of every draw: part by part of each species. Gives how many bytes that were.
-    fn fill(&mut self, gpu: &Gpu, species: &[Tree], lists: &Lists) -> Result<u64> {
-        let mut calls: Vec<[u32; 5]> = vec![];
-        let mut first = 0;
-        for tree in species {
-            calls.extend(parts(tree).map(|part| [part.count, lists.lists[first + part.group].len() as u32, 0, 0, 0]));
-            first += tree.groups().len();
-        }
-        self.lists.fill(gpu, bytemuck::cast_slice(&lists.entries))?;
-        self.calls.fill(gpu, bytemuck::cast_slice(&calls))?;
-        Ok((size_of_val(&lists.entries[..]) + size_of_val(&calls[..])) as u64)
-    }
-
-    fn bytes(&self) -> u64 {
-        self.lists.get().size() + self.calls.get().size()
-    }
 }
 
 /// How the drawers bind the placed trees: their group 3.
@@ -190,6 +187,10 @@ impl Crowd {
         if let Some((which, _)) = trees.iter().find(|(which, _)| usize::from(*which) >= species.len()) {
             return Err(Error::NoSuchSpecies { found: *which, species: species.len() });
         }
+        let bytes = size_of_val(trees) as u64;
+        if bytes > compute::room(gpu) {
+            return Err(compute::too_much(gpu, "places of trees", bytes, "plant fewer"));
+        }
         let (cells, placed) = Cells::sort(trees, &shapes);
         let bounds = Bounds::of(cells.cells.iter().flat_map(|cell| [cell.bounds.min, cell.bounds.max]));
         let buffer = gpu.guarded(|| {
@@ -202,10 +203,12 @@ impl Crowd {
             layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
         });
+        let places = Places::new(gpu, &shapes, buffer);
         static PLANTED: AtomicU64 = AtomicU64::new(0);
         let number = PLANTED.fetch_add(1, Ordering::Relaxed);
         let device = [Device::new(gpu), Device::new(gpu)];
-        Ok(Self { species, shapes, cells, placed, bounds, group, device, kept: None, kept_sun: None, batches: None, number })
+        let (kept, kept_sun, counts) = (None, None, [vec![], vec![]]);
+        Ok(Self { species, shapes, cells, placed, bounds, group, places, device, kept, kept_sun, counts, batches: None, number })
     }
 
     /// Its species.
@@ -239,21 +242,20 @@ impl Crowd {
         placed + self.device.iter().map(Device::bytes).sum::<u64>() + self.batches.as_ref().map_or(0, Batches::bytes)
     }
 
-    /// Finds what a picture shows and what casts shadows on it, and sends the lists that have changed; gives how many bytes that were.
+    /// Finds what a picture shows and what casts shadows on it, and sends the lists that have changed, or what `culler` has to know to fill
+    /// them; gives how many bytes that were.
     ///
     /// # Errors
-    /// [`Error::Device`] when memory runs out.
+    /// [`Error::Device`] when memory runs out, [`Error::ShaderRoom`] for more trees than the culler can be given.
     pub(super) fn see(
         &mut self,
         gpu: &Gpu,
         shot: &Shot,
         frozen: Option<Camera>,
         sun: Option<(SunView, u32)>,
-        params: &CullParams,
+        (params, culler): (&CullParams, Option<&Culler>),
     ) -> Result<u64> {
-        let many = Many { cells: &self.cells, placed: &self.placed, shapes: &self.shapes };
         let (look, sun) = (Look::new(shot, frozen, params), sun.map(|sun| SunLook::new(shot, sun)));
-        let [seen, cast] = &mut self.device;
         let mut sent = 0;
         let batched = params.batch == Batch::Vbo;
         if batched != self.batches.is_some() {
@@ -264,29 +266,65 @@ impl Crowd {
             }
         }
         if self.kept.as_ref().is_none_or(|(kept, _)| *kept != look) {
+            if self.kept.as_ref().is_some_and(|(kept, _)| kept.on_device() != look.on_device()) {
+                self.kept_sun = None;
+            }
             self.kept = None; // forgotten if the device refuses
-            let culled = many.seen(&look);
-            sent += match &mut self.batches {
-                Some(batches) => {
-                    let lists = (&culled.lists.entries[..], &culled.lists.lists[..]);
-                    batches.fill(gpu, PassKind::Temporary, &self.species, lists)?
-                }
-                None => seen.fill(gpu, &self.species, &culled.lists)?,
-            };
+            let culled = self.many(culler).seen(&look);
+            sent += self.send(gpu, PassKind::Temporary, &culled.found, culler.map(|culler| (culler, look.for_device())))?;
             self.kept = Some((look, culled));
         }
         if self.kept_sun.as_ref().map(|(kept, _)| *kept) != sun {
             self.kept_sun = None;
             if let Some(look) = sun {
-                let lists = many.cast(&look);
-                sent += match &mut self.batches {
-                    Some(batches) => batches.fill(gpu, PassKind::Shadow, &self.species, (&lists.entries, &lists.lists))?,
-                    None => cast.fill(gpu, &self.species, &lists)?,
-                };
-                self.kept_sun = Some((look, lists));
+                let found = self.many(culler).cast(&look);
+                let for_device = layout::CullLook { for_sun: 1, ..bytemuck::Zeroable::zeroed() };
+                sent += self.send(gpu, PassKind::Shadow, &found, culler.map(|culler| (culler, for_device)))?;
+                self.kept_sun = Some((look, found));
             }
         }
         Ok(sent)
+    }
+
+    fn many(&self, culler: Option<&Culler>) -> Many<'_> {
+        Many { cells: &self.cells, placed: &self.placed, shapes: &self.shapes, on_device: culler.is_some() }
+    }
+
+    /// Sends what was found for a pass.
+    fn send(&mut self, gpu: &Gpu, kind: PassKind, found: &Found, culler: Option<(&Culler, layout::CullLook)>) -> Result<u64> {
+        let shadow = usize::from(kind == PassKind::Shadow);
+        self.counts[shadow] = found.rooms().iter().map(|room| room.len() as u32).collect();
+        let device = &mut self.device[shadow];
+        match (found, culler) {
+            (Found::Candidates(candidates), Some((culler, look))) => {
+                device.ask(gpu, (culler, &self.places), &self.species, (look, candidates))
+            }
+            (Found::Candidates(_), None) => Err(Error::Internal { stage: "culling", what: "nobody to ask".to_owned() }),
+            (Found::Lists(lists), _) => match &mut self.batches {
+                Some(batches) => batches.fill(gpu, kind, &self.species, (&lists.entries, &lists.lists)),
+                None => device.fill(gpu, &self.species, lists),
+            },
+        }
+    }
+
+    /// Has the device fill the lists that it has to; gives whether there were any.
+    pub(super) fn cull(&self, encoder: &mut wgpu::CommandEncoder, culler: &Culler) -> bool {
+        let run = |device: &Device| device.asking.as_ref().is_some_and(|asking| culler.run(encoder, asking));
+        self.device.iter().map(run).fold(false, |any, ran| any | ran)
+    }
+
+    /// Asks the device how many trees it has found, after a frame: [`Crowd::shown`] and [`Crowd::trees_seen`] know it from then on. Waits for
+    /// it; does nothing where the processor culls.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device fails.
+    pub fn tally(&mut self, gpu: &Gpu) -> Result<()> {
+        for (counts, device) in self.counts.iter_mut().zip(&self.device) {
+            if let Some(asking) = &device.asking {
+                *counts = asking.counts(gpu, counts.len())?;
+            }
+        }
+        Ok(())
     }
 
     /// What the sun's map shows of it, and of which crowd: while that stays, the map does.
@@ -294,11 +332,11 @@ impl Crowd {
         self.kept_sun.as_ref().map(|(look, _)| (self.number, *look))
     }
 
-    /// The lists of a pass; none before the first picture.
+    /// Where the lists of a pass lie, or may; none before the first picture.
     fn lists(&self, kind: PassKind) -> &[Range<u32>] {
         match kind {
-            PassKind::Temporary => self.kept.as_ref().map_or(&[], |(_, culled)| &culled.lists.lists),
-            PassKind::Shadow => self.kept_sun.as_ref().map_or(&[], |(_, lists)| &lists.lists),
+            PassKind::Temporary => self.kept.as_ref().map_or(&[], |(_, culled)| culled.found.rooms()),
+            PassKind::Shadow => self.kept_sun.as_ref().map_or(&[], |(_, found)| found.rooms()),
         }
     }
 
@@ -317,9 +355,11 @@ impl Crowd {
         self.seen().near.chunk_by(|a, b| a.0 == b.0).map(of_one).collect()
     }
 
-    /// Trees in the last picture.
+    /// Trees in the last picture; see [`Crowd::tally`].
     pub fn trees_seen(&self) -> usize {
-        self.kept.as_ref().map_or(0, |(_, culled)| culled.trees)
+        let groups: usize = self.shapes.iter().map(|shape| shape.groups.len()).sum();
+        let counted: u32 = self.counts[0].iter().skip(groups).sum();
+        self.kept.as_ref().map_or(0, |(_, culled)| culled.trees + counted as usize)
     }
 
     /// Those of them that are drawn by themselves.
@@ -327,11 +367,11 @@ impl Crowd {
         self.kept.as_ref().map_or(0, |(_, culled)| culled.near.len())
     }
 
-    /// How many trees the last picture showed in each group of a species, those that are drawn alone left out.
+    /// How many trees the last picture showed in each group of a species, those that are drawn alone left out; see [`Crowd::tally`].
     pub fn shown(&self, species: usize) -> Vec<usize> {
         let first: usize = self.shapes[..species].iter().map(|shape| shape.groups.len()).sum();
-        let lists = self.lists(PassKind::Temporary);
-        (0..self.shapes[species].groups.len()).map(|group| lists[first + group].len()).collect()
+        let counts = &self.counts[0];
+        (0..self.shapes[species].groups.len()).map(|group| counts.get(first + group).map_or(0, |count| *count as usize)).collect()
     }
 
     /// Those of its parts, meshes or impostors, that the last picture shows in a pass.
@@ -381,7 +421,7 @@ impl Crowd {
                 match look.batch() {
                     Batch::Naive => (0..list.len() as u32).for_each(|one| pass.draw_indexed(0..part.count, 0, one..one + 1)),
                     Batch::Indirect | Batch::Vbo => {
-                        let arguments = (call + number) * size_of::<[u32; 5]>();
+                        let arguments = (call + number) * size_of::<layout::CullCall>();
                         pass.draw_indexed_indirect(device.calls.get(), arguments as u64);
                     }
                 }
@@ -391,8 +431,13 @@ impl Crowd {
         }
     }
 
-    /// Draw calls and triangles of the last picture in a pass.
-    pub(super) fn counted(&self, kind: PassKind) -> Counted {
+    /// Draw calls and triangles of the last picture, those of the sun's map among them if that was drawn; see [`Crowd::tally`].
+    pub(super) fn counted_of(&self, with_map: bool) -> Counted {
+        let map = if with_map { self.counted(PassKind::Shadow) } else { Counted::default() };
+        self.counted(PassKind::Temporary) + map
+    }
+
+    fn counted(&self, kind: PassKind) -> Counted {
         let (Some((look, _)), lists) = (&self.kept, self.lists(kind)) else { return Counted::default() };
         let mut counted = Counted::default();
         if lists.is_empty() {
@@ -401,8 +446,9 @@ impl Crowd {
         let mut first = 0;
         for tree in &self.species {
             for part in parts(tree) {
-                let trees = lists[first + part.group].len() as u64;
-                counted.draws += if look.batch() == Batch::Naive { trees } else { trees.min(1) };
+                let trees = u64::from(self.counts[usize::from(kind == PassKind::Shadow)][first + part.group]);
+                let called = u64::from(!lists[first + part.group].is_empty());
+                counted.draws += if look.batch() == Batch::Naive { trees } else { called };
                 counted.triangles += trees * u64::from(part.count / 3);
             }
             first += tree.groups().len();
@@ -440,5 +486,7 @@ impl Shot {
     }
 }
 
+#[cfg(test)]
+mod compute_tests;
 #[cfg(test)]
 mod tests;

@@ -55,7 +55,7 @@ fn species(height: f32) -> BuiltTree {
     BuiltTree::new(bounds, parts.collect())
 }
 
-fn trees() -> Vec<Standing> {
+pub fn trees() -> Vec<Standing> {
     let at = |i: u32| ((i * 7919) % 601) as f32 - 300.0;
     (0..500u32)
         .map(|i| {
@@ -64,22 +64,22 @@ fn trees() -> Vec<Standing> {
         .collect()
 }
 
-fn shot() -> Shot {
+pub fn shot() -> Shot {
     let camera = Camera::orbit(Vec3::new(20.0, 2.0, -30.0), 0.6, 0.1, 60.0);
     Shot { background: Background::Black, stage: Stage::Antialiased, ..Shot::new(camera, [240, 160]) }
 }
 
-fn renderer() -> Option<Renderer> {
+pub fn renderer() -> Option<Renderer> {
     software_gpu().map(|gpu| Renderer::new(gpu).unwrap())
 }
 
 /// The trees as a crowd, and a picture of it.
-fn crowd_of(renderer: &mut Renderer, trees: &[Standing]) -> Crowd {
+pub fn crowd_of(renderer: &mut Renderer, trees: &[Standing]) -> Crowd {
     let species = [6.0, 9.0].map(|height| renderer.upload_built(&species(height)).unwrap());
     renderer.plant(species.into(), trees).unwrap()
 }
 
-fn world(crowd: &mut Crowd, batch: Batch) -> World<'_> {
+pub fn world(crowd: &mut Crowd, batch: Batch) -> World<'_> {
     World { crowd: Some(crowd), cull: CullParams { batch, least_px: 0.0, ..CullParams::default() }, ..World::default() }
 }
 
@@ -116,7 +116,7 @@ fn a_crowd_looks_as_its_trees_do_one_by_one() {
 }
 
 /// Mean of all bytes of colour.
-fn brightness(picture: &Picture) -> f64 {
+pub fn brightness(picture: &Picture) -> f64 {
     picture.color.pixels().flat_map(|p| p.0).map(f64::from).sum::<f64>() / picture.depth_m.len() as f64
 }
 
