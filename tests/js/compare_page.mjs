@@ -82,8 +82,8 @@ async function whole(browser) {
       await image.decode();
       const canvas = Object.assign(document.createElement("canvas"), { width: image.width, height: image.height });
       canvas.getContext("2d").drawImage(image, 0, 0);
-      // The caption lies over the lower part.
-      return canvas.getContext("2d").getImageData(0, 0, image.width, image.height >> 1).data.reduce((most, value, i) => (i % 4 < 3 ? Math.max(most, value) : most), 0);
+      // The caption lies over the lower part; at the edge there may be a line of the page.
+      return canvas.getContext("2d").getImageData(2, 2, image.width - 4, image.height >> 1).data.reduce((most, value, i) => (i % 4 < 3 ? Math.max(most, value) : most), 0);
     }, `data:image/png;base64,${picture}`);
   };
   /** Pictures take their time to load. */

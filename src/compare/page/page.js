@@ -43,7 +43,7 @@ function startAnswer() {
   if (links.length === 1 && links[0].method === data.truth) byId("answer-lead").textContent += " No stand-in within that error is cheaper.";
   byId("chain").replaceChildren(...links.map(({ method, level, from_distance: from }, i) => {
     const until = links[i + 1]?.from_distance;
-    const range = from === 0 ? (until ? `up to ${away(until)} tree heights` : "at every distance") : until ? `${away(from)} to ${away(until)} tree heights` : `beyond ${away(from)} tree heights`;
+    const range = from === 0 ? (until ? `up to ${away(until)} tree heights` : `at every distance${without.length ? ", for want of better at some" : ""}`) : until ? `${away(from)} to ${away(until)} tree heights` : `beyond ${away(from)} tree heights`;
     const size = from === 0 ? (until ? `taller than ${whole(data.focal_px / until)} px` : "") : `${whole(data.focal_px / from)} px high${until ? ` down to ${whole(data.focal_px / until)} px` : " and less"}`;
     return element("li", {}, element("b", {}, methodName(method, level)), element("span", {}, range), element("span", {}, size));
   }));
