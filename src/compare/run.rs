@@ -151,6 +151,9 @@ fn take_truth(renderers: &mut [Renderer], hall: &mut Hall) -> Result<()> {
         side_by_side(&mut hands, frames.len(), |renderer, tree, i| frames[i].take_true(renderer, &here.stage, tree))
     };
     let true_motion = TrueMotion::of(film(film::orbit(&here.stage, plan))?, film(film::dolly(&here.stage, plan))?)?;
+    for (name, strip) in true_motion.strips() {
+        pictures::write(&here.request.folder.join("pictures").join(TRUTH_FOLDER).join(name), &strip)?;
+    }
     (hall.truth, hall.true_motion) = (looks, true_motion);
     Ok(())
 }
