@@ -82,7 +82,7 @@ fn mistakes_are_one_sentence_and_nothing_is_written() {
     let range = place.file("range.toml", "[planting]\nclearings = 2.0\n");
     let path = place.file("path.csv", "0,0,2,0,0,2,-9\n0,1,2,0,0,2,-9\n");
     let (inside, missing) = (format!("{file}/out"), place.path("missing.glb"));
-    let refused: [(&str, &[&str], &[&str]); 14] = [
+    let refused: [(&str, &[&str], &[&str]); 18] = [
         (&out, &["--trees", "1000000000"], &["1000000000", "GB"]),
         (&out, &["--species", &missing], &["missing.glb"]),
         (&out, &["--species", &damaged], &["damaged.glb"]),
@@ -92,6 +92,10 @@ fn mistakes_are_one_sentence_and_nothing_is_written() {
         (&out, &["--size", "0x0"], &["0x0"]),
         (&out, &["--size", "96"], &["96", "1440x810"]),
         (&out, &["--frames", "0"], &["frames", "0"]),
+        (&out, &["--against", "hologram"], &["hologram", "sphere-board"]),
+        (&out, &["--set", "size=3"], &["size", "texture_px"]),
+        (&out, &["--set", "texture_px=3"], &["texture_px", "power of two"]),
+        (&out, &["--method", "auto", "--set", "texture_px=64"], &["--set", "--method"]),
         (&out, &["--path", &path], &["path.csv", "line 2"]),
         (&out, &["--path", &missing], &["missing.glb"]),
         (&file, &[], &["file"]),
@@ -174,6 +178,36 @@ fn the_same_seed_drives_the_same_way() {
     assert_eq!(left("a"), all.map(str::to_owned).into());
 }
 
+#[test]
+fn a_drive_is_held_against_another_method() {
+    if software_gpu().is_none() {
+        return;
+    }
+    let place = Place::new();
+    place.drives("out", &["--trees", "40", "--pictures", "2", "--against", "crossed-planes", "--set", "texture_px=64"]);
+    let summary = std::fs::read_to_string(Path::new(&place.path("out")).join("summary.json")).unwrap();
+    let against = serde_json::from_str::<serde_json::Value>(&summary).unwrap()["against"].clone();
+    assert_eq!((against["method"].as_str(), against["saved"].as_f64()), (Some("crossed-planes"), Some(2.0)), "{against}");
+    let flip = against["flip"].as_f64().unwrap();
+    assert!(flip > 0.01 && flip < 0.6 && against["gain"].as_f64().unwrap() > 0.0, "{against}");
+    let pictures = against["pictures"].as_array().unwrap();
+    assert!(
+        pictures.len() == 2
+            && pictures.iter().all(|one| Path::new(&place.path("out")).join(one["file"].as_str().unwrap()).exists())
+    );
+    let page = std::fs::read_to_string(Path::new(&place.path("out")).join("report.html")).unwrap();
+    assert!(page.contains("Beside crossed-planes") && page.contains("_crossed-planes.png"));
+    // Against itself nothing is gained and nothing seen; without pictures nothing is said of what is seen.
+    place.drives("same", &["--trees", "5", "--against", "billboard"]);
+    place.drives("blind", &["--trees", "5", "--against", "billboard", "--pictures", "0"]);
+    let against = |out: &str| {
+        let summary = std::fs::read_to_string(Path::new(&place.path(out)).join("summary.json")).unwrap();
+        serde_json::from_str::<serde_json::Value>(&summary).unwrap()["against"].clone()
+    };
+    assert_eq!((against("same")["saved"].as_f64(), against("same")["flip"].as_f64()), (Some(1.0), Some(0.0)));
+    assert!(against("blind")["flip"].is_null());
+}
+
 /// Rows of trees before a camera that looks north, and `behind` as many again far behind it.
 fn scene_with(place: &Place, behind: i32, keys: &str) -> String {
     let mut rows = "x,y,height\n".to_owned();
@@ -237,7 +271,7 @@ fn a_drive_whose_device_is_lost_keeps_its_frames() {
         frames: 20,
         ..SceneFile::default()
     };
-    let stock = stock::stock(&file.species, &file.method, &SoftwareCapture::new(), &|_| ()).unwrap();
+    let stock = stock::stock(&file.species, file.method.as_str(), &SoftwareCapture::new(), &|_| ()).unwrap();
     let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
     let scene = lay_out(&file, &sizes, &mut |_| ()).unwrap();
     let mut grove = Grove::plant(&renderer, &scene, &stock).unwrap();

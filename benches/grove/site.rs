@@ -100,7 +100,7 @@ pub fn renderer() -> Result<Renderer> {
 }
 
 pub fn grown(file: &SceneFile) -> Result<Vec<Stock>> {
-    stock::stock(&file.species, &file.method, &SoftwareCapture::new(), &|_| ())
+    stock::stock(&file.species, file.stand_in(&file.method), &SoftwareCapture::new(), &|_| ())
 }
 
 impl Site {

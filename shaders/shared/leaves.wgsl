@@ -50,17 +50,8 @@ fn own_corner(leaf: Leaf, k: u32) -> LeafVertex {
     return LeafVertex(own.position, select(own.normal, -own.normal, (code & 1u) == 1u), vec2f(worn.u, worn.v));
 }
 
-// The vertex of that number, six for each leaf shown.
-fn leaf_vertex(number: u32) -> LeafVertex {
-    let clusters = shown_leaves[1];
-    let leaf = leaves[shown_leaves[4u + 4u * clusters + number / 6u]];
-    // Two triangles over corners 0 1 2 and 0 2 3.
-    let k = (0x320210u >> (4u * (number % 6u))) & 3u;
-    let at = own_corner(leaf, k);
-    let level = 4u + 4u * leaf.cluster;
-    if leaf.into != shown_leaves[level] {
-        return at;
-    }
+// A corner on its way into that of the leaf that replaces it; `level`: where its cluster stands.
+fn on_its_way(at: LeafVertex, leaf: Leaf, k: u32, level: u32) -> LeafVertex {
     let ends = vec2f(bitcast<f32>(shown_leaves[level + 1u]), bitcast<f32>(shown_leaves[level + 2u]));
     let t = saturate((bitcast<f32>(shown_leaves[0]) - ends.x) / max(ends.y - ends.x, 1e-6));
     if leaf.heir == 1u {
@@ -73,4 +64,19 @@ fn leaf_vertex(number: u32) -> LeafVertex {
     let middle = 0.25 * (own_corner(leaf, 0u).position + own_corner(leaf, 1u).position + own_corner(leaf, 2u).position + own_corner(leaf, 3u).position);
     // Its area shrinks evenly.
     return LeafVertex(mix(middle, at.position, sqrt(1.0 - t)), at.normal, at.uv);
+}
+
+// The vertex of that number, six for each leaf shown.
+fn leaf_vertex(number: u32) -> LeafVertex {
+    let clusters = shown_leaves[1];
+    let leaf = leaves[shown_leaves[4u + 4u * clusters + number / 6u]];
+    // Two triangles over corners 0 1 2 and 0 2 3.
+    let k = (0x320210u >> (4u * (number % 6u))) & 3u;
+    let level = 4u + 4u * leaf.cluster;
+    var vertex = own_corner(leaf, k);
+    // Once or not at all: software drivers run both sides of every `if`, but leave out a loop that none of their vertices enters.
+    for (var goes = leaf.into == shown_leaves[level]; goes; goes = false) {
+        vertex = on_its_way(vertex, leaf, k, level);
+    }
+    return vertex;
 }

@@ -8,7 +8,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use crate::compare::answer::Chain;
 use crate::compare::photograph::{self, Photograph};
-use crate::compare::{self, Contender, Identity, Plan, Profile, Request, Store, TRUTH, Views, Workshop, papers};
+use crate::compare::{self, Contender, Identity, Load, Plan, Profile, Request, Store, TRUTH, Views, Workshop, papers};
 use crate::gpu::{AdapterChoice, Gpu};
 use crate::model::About;
 use crate::params::ParamValue;
@@ -156,7 +156,7 @@ impl Wanted {
         let plan = self.plan.clone();
         let plan = if photograph.is_some() { plan.with_photograph() } else { plan };
         let triangles = source.parts(Scope::Tree).iter().map(|part| part.surface.mesh.triangulated().count()).sum();
-        let (plan, budget) = compare::fit(plan, triangles, self.contenders.len(), allowed_s);
+        let (plan, budget) = compare::fit(plan, Load::of(triangles, source.box_of_all()?, self.contenders.len()), allowed_s);
         say::err(&planned(text, &plan, &budget));
         let _folder = files::ready_folder(folder)?;
         let identity = self.identity(digest, &plan, renderers);

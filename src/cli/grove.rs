@@ -6,19 +6,21 @@ use std::time::Instant;
 
 use clap::builder::NonEmptyStringValueParser;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use indicatif::ProgressBar;
 
 use crate::gpu::Gpu;
-use crate::grove::drive::{self, Grove};
+use crate::grove::against::{Against, Pictures, drive_against};
+use crate::grove::drive::{self, Frame, Grove};
 use crate::grove::export::{self, ExportParams};
 use crate::grove::page::{self, Picture, Video};
 use crate::grove::record::{Recorder, Setting, Started};
 use crate::grove::scene::{PRESETS, SpeciesEntry, StageParams, lay_out, preset};
-use crate::grove::stock::{self, Stock};
+use crate::grove::stock::{self, StandIn, Stock};
 use crate::grove::trail::FollowParams;
 use crate::grove::{Scene, SceneFile, culling, photos};
 use crate::raster::{FRAME_MS, PngEffort, png_with, webp};
 use crate::render::{CullParams, Renderer};
-use crate::repr::SoftwareCapture;
+use crate::repr::{self, Settings, SoftwareCapture};
 use crate::{Result, Seed, Warning, files};
 
 use super::batch::{progress_bar, text_of};
@@ -55,6 +57,15 @@ pub fn command() -> Command {
                 .help("Presets or files that are planted, instead of the scene's"),
         )
         .arg(text("method", "ID").help("What stands for each tree, or `auto`: the chain of levels that a comparison recommends"))
+        .arg(
+            text("set", "KEY=VALUE")
+                .action(ArgAction::Append)
+                .help("Set a parameter of the method; may be repeated; `sphereboard methods ID` lists them"),
+        )
+        .arg(text("against", "ID").conflicts_with("interactive").help(
+            "Then drive the same frames with this method and tell how many times as fast the scene's is, how many times fewer triangles it has, \
+             and its FLIP over the pixels of trees in the pictures that are kept: `geometry` draws every leaf",
+        ))
         .arg(text("path", "WHICH").help("tour, orbit, or a file with a line t,ex,ey,ez,tx,ty,tz for each key"))
         .arg(text("frames", "N").value_parser(value_parser!(u32)).help("Frames along the path"))
         .arg(text("size", "WxH").help("Size of the picture in pixels"))
@@ -118,6 +129,9 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     if matches.get_flag("interactive") {
         return interactive(matches, &file);
     }
+    if let Some(other) = matches.get_one::<String>("against") {
+        repr::method(other)?;
+    }
     let out = matches.get_one::<PathBuf>("out").expect("clap requires it");
     let pictures = *matches.get_one::<u32>("pictures").expect("clap gives the default");
     let video = matches.get_flag("video");
@@ -149,13 +163,21 @@ pub fn run(matches: &ArgMatches) -> Outcome {
     bar.finish_and_clear();
     kept?;
     // What was driven so far is told even where the device was lost on the way.
-    let drive = recorder.finish(&grove, driven.as_ref().err().map(ToString::to_string))?;
+    let mut drive = recorder.finish(&grove, driven.as_ref().err().map(ToString::to_string))?;
     let mut camera = Taken { renderer: &mut renderer, grove: &mut grove, scene: &scene, out };
     let seen = driven.and_then(|()| Ok((camera.pictures(pictures)?, if video { Some(camera.video()?) } else { None })));
+    if let (Some(method), Ok(_)) = (matches.get_one::<String>("against"), &seen) {
+        let ours = Pictures::take(&mut renderer, &mut grove, &scene, kept_frames(pictures, file.frames))?;
+        drop(grove);
+        drive.summary.against = Some(against(matches, &mut renderer, &scene, method, (&drive.frames, &ours), out)?);
+    }
     let (pictures, video) = seen.as_ref().map_or((&[][..], None), |(pictures, video)| (&pictures[..], video.as_ref()));
     let page = page::write(out, &drive, pictures, video)?;
     seen.map(drop)?;
     say::out(&drive.summary.sentence());
+    if let Some(against) = &drive.summary.against {
+        say::out(&against.sentence());
+    }
     say::out(&text_of(&page));
     Ok(ExitCode::SUCCESS)
 }
@@ -173,12 +195,7 @@ impl Watch {
 fn planted(matches: &ArgMatches, file: &SceneFile, started: &mut Started) -> Result<(Scene, Vec<Stock>)> {
     let spinner = subject::spinner("growing species".to_owned());
     let mut watch = Watch(Instant::now());
-    let stock = match matches.get_one::<PathBuf>("photos") {
-        Some(folder) => model_photos(folder, file)?,
-        None => stock::stock(&file.species, &file.method, &SoftwareCapture::new(), &|name| {
-            spinner.set_message(format!("{name}: growing and building"));
-        })?,
-    };
+    let stock = grown(matches, file, file.stand_in(&file.method), &spinner)?;
     started.species_ms = watch.lap_ms();
     stock.iter().for_each(|stock| subject::warn(&stock.size.name, &stock.warnings));
     let sizes: Vec<_> = stock.iter().map(|stock| stock.size.clone()).collect();
@@ -187,6 +204,16 @@ fn planted(matches: &ArgMatches, file: &SceneFile, started: &mut Started) -> Res
     spinner.finish_and_clear();
     subject::warn("scene", &scene.warnings);
     Ok((scene, stock))
+}
+
+/// The trees of a scene and what stands for them.
+fn grown(matches: &ArgMatches, file: &SceneFile, by: StandIn, spinner: &ProgressBar) -> Result<Vec<Stock>> {
+    match matches.get_one::<PathBuf>("photos") {
+        Some(folder) => model_photos(folder, file, by),
+        None => stock::stock(&file.species, by, &SoftwareCapture::new(), &|name| {
+            spinner.set_message(format!("{name}: growing and building"));
+        }),
+    }
 }
 
 /// The scene in a window, until that is closed.
@@ -222,6 +249,9 @@ fn scene_file(matches: &ArgMatches) -> Result<SceneFile> {
     file.trees = matches.get_one("trees").copied().unwrap_or(file.trees);
     file.frames = matches.get_one("frames").copied().unwrap_or(file.frames);
     file.method = text("method").unwrap_or(file.method);
+    if let Some(set) = matches.get_many::<String>("set") {
+        file.set(&Settings::parse(set.map(String::as_str))?)?;
+    }
     if let Some(path) = text("path") {
         (file.path, file.key) = (path, vec![]);
     }
@@ -233,6 +263,35 @@ fn scene_file(matches: &ArgMatches) -> Result<SceneFile> {
     file.culling = options::read_over(matches, file.culling)?;
     file.check()?;
     Ok(file)
+}
+
+/// Which frames are kept as pictures: `count` of them, evenly along the path; a drive of few frames has no more pictures than frames.
+fn kept_frames(count: u32, frames: u32) -> Vec<u32> {
+    let count = count.min(frames);
+    (0..count).map(|i| (u64::from(frames) * (2 * u64::from(i) + 1) / (2 * u64::from(count))) as u32).collect()
+}
+
+/// The same drive with another method; its pictures are written beside those of the drive.
+fn against(
+    matches: &ArgMatches,
+    renderer: &mut Renderer,
+    scene: &Scene,
+    method: &str,
+    (frames, pictures): (&[Frame], &Pictures),
+    out: &Path,
+) -> Result<Against> {
+    let spinner = subject::spinner(format!("building {method}"));
+    let stock = grown(matches, &scene.file, scene.file.stand_in(method), &spinner)?;
+    spinner.finish_and_clear();
+    let bar = progress_bar(frames.len() as u64);
+    bar.set_message(method.to_owned());
+    let (mut against, truths) = drive_against(renderer, scene, (method, &stock), (frames, pictures), &mut || bar.inc(1))?;
+    bar.finish_and_clear();
+    for (compared, truth) in against.pictures.iter_mut().zip(truths) {
+        compared.file = format!("frames/frame_{:05}_{method}.png", compared.frame);
+        files::write_whole(&out.join(&compared.file), &png_with(&truth, PngEffort::Small)?)?;
+    }
+    Ok(against)
 }
 
 /// A moving picture has so many frames at most: a minute of 10 a second. Of longer drives it leaves some out.
@@ -255,10 +314,7 @@ impl Taken<'_> {
         let bar = progress_bar(u64::from(count));
         bar.set_message("pictures");
         let mut taken = vec![];
-        // A drive of few frames has no more pictures than frames.
-        let frames = self.scene.file.frames;
-        for i in 0..count.min(frames) {
-            let frame = (u64::from(frames) * (2 * u64::from(i) + 1) / (2 * u64::from(count.min(frames)))) as u32;
+        for frame in kept_frames(count, self.scene.file.frames) {
             let picture = drive::picture(self.renderer, self.grove, self.scene, frame)?;
             let name = format!("frame_{frame:05}.png");
             files::write_whole(&folder.join(&name), &png_with(&picture.color, PngEffort::Small)?)?;
@@ -297,10 +353,10 @@ impl Taken<'_> {
 }
 
 /// A tree of every photograph in a folder. Those that fail are told, and the rest goes on.
-fn model_photos(folder: &Path, file: &SceneFile) -> Result<Vec<Stock>> {
+fn model_photos(folder: &Path, file: &SceneFile, by: StandIn) -> Result<Vec<Stock>> {
     let photos = photos::find(folder)?;
     let bar = progress_bar(photos.len() as u64);
-    let modelled = photos::stock(&photos, &file.method, Seed(file.seed), &SoftwareCapture::new(), &|name| {
+    let modelled = photos::stock(&photos, by, Seed(file.seed), &SoftwareCapture::new(), &|name| {
         bar.set_message(name.to_owned());
         bar.inc(1);
     })?;

@@ -23,6 +23,10 @@ pub(super) struct Bench<'a> {
     pub hall: &'a Hall<'a>,
 }
 
+/// Pictures that are taken while figures of the first are still being reckoned: they wait in memory, and whoever has something to time waits
+/// for all of them.
+const AT_ONCE: usize = 8;
+
 /// A built tree at a level.
 struct Subject<'a> {
     id: &'a str,
@@ -129,8 +133,11 @@ impl Bench<'_> {
             // Levels are looked at from fewer places: there are many of them.
             let counts = |look: &&Look| subject.level.is_none() || look.sun_number == 0 && plan.is_first(look.view_number);
             let here: Vec<&Look> = hall.looks.iter().filter(|look| look.height_px == height_px).filter(counts).collect();
-            // Not for longer at once: others wait to time something.
-            let (judged, overdraw) = hall.shared(&mut run.spent.pictures_s, || self.judge(subject, &here))?;
+            let (mut judged, mut overdraw) = (vec![], 0.0);
+            for some in here.chunks(AT_ONCE) {
+                let shaded = judged.is_empty().then_some(&mut overdraw);
+                judged.extend(hall.shared(&mut run.spent.pictures_s, || self.judge(subject, some, shaded))?);
+            }
             let worked: Vec<Figures> = judged.iter().filter(|cell| cell.failed.is_none()).map(|cell| cell.error).collect();
             let cost = subject.costs[number].clone().map(|cost| Cost { overdraw, ..cost });
             let first = judged.iter().find_map(|cell| cell.failed.as_deref());
@@ -150,8 +157,8 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// The cells of some looks, and the overdraw of the first. Figures are reckoned while the next picture is drawn.
-    fn judge(&mut self, subject: &Subject, looks: &[&Look]) -> Result<(Vec<Cell>, f64)> {
+    /// The cells of some looks, and the overdraw of the first where that is wanted. Figures are reckoned while the next picture is drawn.
+    fn judge(&mut self, subject: &Subject, looks: &[&Look], overdraw: Option<&mut f64>) -> Result<Vec<Cell>> {
         let (renderer, hall) = (&mut *self.renderer, self.hall);
         let stage = &hall.stage;
         let cell = |look: &Look| Cell {
@@ -164,7 +171,7 @@ impl Bench<'_> {
             failed: None,
         };
         let cells = Mutex::new(looks.iter().map(|look| cell(look)).collect::<Vec<_>>());
-        let overdraw = Mutex::new(0.0);
+        let overdraw = Mutex::new(overdraw);
         // What concerns the whole run: a full disk.
         let fault = Mutex::new(Ok(()));
         let kept = |judged: Result<Figures>, i: usize| {
@@ -188,10 +195,10 @@ impl Bench<'_> {
                 };
                 let (kept, fault, overdraw) = (&kept, &fault, &overdraw);
                 scope.spawn(move |_| {
-                    if i == 0 {
+                    let wanted = if i == 0 { overdraw.lock().expect("nobody panics with it").take() } else { None };
+                    if let Some(overdraw) = wanted {
                         let distance = told.unwrap_or(REFERENCE_FOCAL_PX / look.height_px);
-                        let found = super::cost::overdraw(subject.built, distance, &shot.camera, shot.size_px[0], &seen);
-                        *overdraw.lock().expect("nobody panics with it") = found;
+                        *overdraw = super::cost::overdraw(subject.built, distance, &shot.camera, shot.size_px[0], &seen);
                     }
                     kept(Figures::of(&hall.truth[look.number], &seen, stage.height_m()), i);
                     if subject.level.is_none() {
@@ -206,7 +213,7 @@ impl Bench<'_> {
             Ok(())
         })?;
         fault.into_inner().expect("nobody panics with it")?;
-        Ok((cells.into_inner().expect("nobody panics with it"), overdraw.into_inner().expect("nobody panics with it")))
+        Ok(cells.into_inner().expect("nobody panics with it"))
     }
 }
 

@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::geom::Bounds;
+
 use super::film::ORBIT_PX;
 use super::plan::Plan;
 use super::truth::finer;
@@ -20,7 +22,7 @@ pub struct Budget {
     pub thinned: Vec<String>,
     /// Seconds that it took here, with those of earlier runs of the same comparison that came to their end.
     pub taken_s: f64,
-    /// The same by what it went into, but for what none of it says: opening the tree, waiting for each other, writing the page.
+    /// The same by what it went into.
     pub spent: Spent,
     /// Most memory that the process has had, megabytes; `None` where the system does not say.
     pub peak_mb: Option<f64>,
@@ -41,6 +43,8 @@ pub struct Spent {
     pub pictures_s: f64,
     /// Their films.
     pub motion_s: f64,
+    /// All else: getting ready, waiting for each other.
+    pub rest_s: f64,
 }
 
 impl Spent {
@@ -57,54 +61,87 @@ impl Spent {
         })
     }
 
+    /// The same with what is left of a whole of so many seconds.
+    pub fn of(self, whole_s: f64) -> Self {
+        Self { rest_s: (whole_s - self.sum() + self.rest_s).max(0.0), ..self }
+    }
+
     /// All of it.
     pub fn sum(&self) -> f64 {
-        self.truth_s + self.build_s + self.timing_s + self.files_s + self.pictures_s + self.motion_s
+        self.truth_s + self.build_s + self.timing_s + self.files_s + self.pictures_s + self.motion_s + self.rest_s
+    }
+}
+
+/// What makes a comparison long.
+#[derive(Debug, Clone, Copy)]
+pub struct Load {
+    /// Of the tree.
+    pub triangles: usize,
+    /// Width of the box around it, in its heights.
+    pub width: f64,
+    /// How many take part.
+    pub methods: usize,
+}
+
+impl Load {
+    /// Of a tree in that box.
+    pub fn of(triangles: usize, bounds: Bounds, methods: usize) -> Self {
+        let size = bounds.size();
+        let width = size.x.max(size.z) / bounds.height_m().max(1e-6);
+        // A log that lies in the grass is drawn no larger than pictures may be.
+        Self { triangles, width: f64::from(width).clamp(0.1, 8.0), methods }
     }
 }
 
 /// Milliseconds on four cores with the software driver, where three work side by side: of a thing itself, for 1,000 triangles of the tree,
-/// and for 1,000 pixels. Fitted to presets of 25,000 to 200,000 triangles with all methods; a method draws a share of the tree's triangles,
-/// which is in its numbers.
+/// and for 1,000 pixels. Fitted to quick and full comparisons of three presets of 86,000 to 190,000 triangles with all methods, which draw
+/// a share of the tree's triangles and have some levels each: the means are in the numbers.
 mod cost {
     /// Of a picture of the truth.
-    pub const TRUTH: [f64; 3] = [1.0, 0.1, 0.06];
+    pub const TRUTH: [f64; 3] = [1.0, 0.1, 0.12];
     /// Of building a method.
-    pub const BUILD: [f64; 3] = [400.0, 4.0, 0.0];
-    /// Of timing a method once, beyond the time that is asked for.
-    pub const TIMING: [f64; 3] = [60.0, 0.5, 0.0];
+    pub const BUILD: [f64; 3] = [150.0, 4.6, 0.0];
+    /// Of timing a method once: two frames at least, however short the time that is asked for, and what comes before.
+    pub const TIMING: [f64; 2] = [60.0, 170.0];
     /// Of its file.
-    pub const FILE: [f64; 3] = [100.0, 1.0, 0.0];
+    pub const FILE: [f64; 3] = [90.0, 0.2, 0.0];
     /// Of a picture with its figures.
-    pub const PICTURE: [f64; 3] = [3.0, 0.06, 0.17];
+    pub const PICTURE: [f64; 3] = [2.5, 0.03, 0.2];
     /// Of a frame of a film, with what people would see of it.
-    pub const FRAME: [f64; 3] = [4.0, 0.06, 0.08];
+    pub const FRAME: [f64; 3] = [8.0, 0.05, 0.2];
     /// Levels of a method, on average.
-    pub const LEVELS: f64 = 3.0;
+    pub const LEVELS: f64 = 2.4;
+    /// How many methods change with distance: those walk away too.
+    pub const CHANGING: f64 = 0.6;
+    /// For each millisecond of work those of the rest.
+    pub const REST: f64 = 0.13;
 }
 
-/// Seconds that `plan` takes for `methods` of a tree of so many triangles.
-pub fn planned(plan: &Plan, triangles: usize, methods: usize) -> Spent {
+/// Seconds that `plan` takes.
+pub fn planned(plan: &Plan, Load { triangles, width, methods }: Load) -> Spent {
     let (ktri, methods) = (triangles as f64 / 1e3, methods as f64);
     let seconds = |[each, of_ktri, of_kpx]: [f64; 3], kpx: f64| (each + of_ktri * ktri + of_kpx * kpx) / 1e3;
-    // A square picture around the tree and a margin.
-    let kpx = |height_px: f32, by: u32| (1.3 * f64::from(height_px) * f64::from(by)).powi(2) / 1e3;
+    // What the tree takes of a picture, and a margin.
+    let kpx = |height_px: f32, by: u32| width * (1.2 * f64::from(height_px) * f64::from(by)).powi(2) / 1e3;
     let true_picture = |height_px: f32| seconds(cost::TRUTH, kpx(height_px, finer(height_px)));
     let over_heights = |of: &dyn Fn(f32) -> f64| plan.heights_px.iter().map(|&height_px| of(height_px)).sum::<f64>();
     let angles = (plan.views.len() * plan.suns.len()) as f64;
     let firsts = (0..plan.views.len()).filter(|&view| plan.is_first(view)).count() as f64;
     let levels = if plan.levels { cost::LEVELS } else { 0.0 };
-    let frames = (plan.motion.orbit_frames + plan.motion.dolly_frames) as f64;
+    let [round, away] = [plan.motion.orbit_frames, plan.motion.dolly_frames].map(|frames| frames as f64);
     let timings = plan.heights_px.len() as f64 * (1.0 + levels);
+    let [timing, least] = cost::TIMING;
     let pictures = (angles + levels * firsts) * over_heights(&|height_px| seconds(cost::PICTURE, kpx(height_px, 1)));
-    Spent {
-        truth_s: angles * over_heights(&true_picture) + frames * true_picture(ORBIT_PX),
+    let work = Spent {
+        truth_s: angles * over_heights(&true_picture) + (round + away) * true_picture(ORBIT_PX),
         build_s: methods * seconds(cost::BUILD, 0.0),
-        timing_s: methods * timings * (plan.timing_ms as f64 / 1e3 + seconds(cost::TIMING, 0.0)),
+        timing_s: methods * timings * (timing + least.max(plan.timing_ms as f64)) / 1e3,
         files_s: methods * seconds(cost::FILE, 0.0),
         pictures_s: methods * pictures,
-        motion_s: methods * frames * seconds(cost::FRAME, kpx(ORBIT_PX, 1)),
-    }
+        motion_s: methods * (round + cost::CHANGING * away) * seconds(cost::FRAME, kpx(ORBIT_PX, 1)),
+        rest_s: 0.0,
+    };
+    work.of((1.0 + cost::REST) * work.sum())
 }
 
 /// One way to make a plan smaller: what is left out, and whether there was anything.
@@ -115,15 +152,15 @@ const THINNERS: [Thinner; 8] =
     [above_once, half_the_azimuths, no_levels, half_the_motion, one_sun, half_the_azimuths, half_the_heights, half_the_azimuths];
 
 /// `plan` thinned out until it fits `allowed_s`, or nothing more can be left out.
-pub fn fit(mut plan: Plan, triangles: usize, methods: usize, allowed_s: f64) -> (Plan, Budget) {
+pub fn fit(mut plan: Plan, load: Load, allowed_s: f64) -> (Plan, Budget) {
     let mut thinned = vec![];
     for thin in THINNERS {
-        if planned(&plan, triangles, methods).sum() <= allowed_s {
+        if planned(&plan, load).sum() <= allowed_s {
             break;
         }
         thinned.extend(thin(&mut plan));
     }
-    let planned = planned(&plan, triangles, methods);
+    let planned = planned(&plan, load);
     (plan, Budget { allowed_s, planned_s: planned.sum(), planned, thinned, ..Budget::default() })
 }
 
@@ -192,20 +229,24 @@ mod tests {
     use super::*;
     use crate::compare::{Profile, Views};
 
+    fn load(triangles: usize, methods: usize) -> Load {
+        Load { triangles, width: 1.0, methods }
+    }
+
     fn seconds(plan: &Plan, triangles: usize, methods: usize) -> f64 {
-        planned(plan, triangles, methods).sum()
+        planned(plan, load(triangles, methods)).sum()
     }
 
     #[test]
     fn a_plan_that_fits_is_left_alone_and_one_that_does_not_says_what_is_left_out() {
         let full = Plan::new(Profile::Full, Views::Default, 512);
-        let (same, budget) = fit(full.clone(), 50_000, 15, 1e9);
+        let (same, budget) = fit(full.clone(), load(50_000, 15), 1e9);
         assert!(same == full && budget.thinned.is_empty());
-        let (fitted, budget) = fit(full.clone(), 200_000, 15, 0.5 * seconds(&full, 200_000, 15));
+        let (fitted, budget) = fit(full.clone(), load(200_000, 15), 0.5 * seconds(&full, 200_000, 15));
         assert!(budget.planned_s <= budget.allowed_s && !budget.thinned.is_empty());
         assert!(fitted.views.iter().filter(|view| view.elevation_deg == 90.0).count() == 1);
         // Nothing fits nothing; what cannot be left out stays.
-        let (least, budget) = fit(full, 2_000_000, 15, 0.0);
+        let (least, budget) = fit(full, load(2_000_000, 15), 0.0);
         assert!(budget.planned_s > 0.0 && least.pictures() >= 5 && least.suns.len() == 1 && least.heights_px.last() == Some(&16.0));
     }
 
@@ -213,7 +254,7 @@ mod tests {
     fn the_profiles_of_a_tree_of_20_000_leaves_fit_their_times() {
         for (profile, allowed_s) in [(Profile::Quick, 90.0), (Profile::Full, 1200.0)] {
             let plan = Plan::new(profile, Views::Default, 512);
-            let (fitted, budget) = fit(plan, 190_000, 15, allowed_s);
+            let (fitted, budget) = fit(plan, load(190_000, 15), allowed_s);
             assert!(budget.planned_s <= allowed_s, "{budget:?}");
             assert!(fitted.heights_px.len() >= 3 && fitted.views.len() >= 6, "{budget:?}");
         }
@@ -225,6 +266,8 @@ mod tests {
         let base = seconds(&quick, 100_000, 10);
         assert!(seconds(&quick, 200_000, 10) > base && seconds(&quick, 100_000, 11) > base);
         assert!(seconds(&Plan::new(Profile::Full, Views::Default, 512), 100_000, 10) > 5.0 * base);
+        let wide = Load { width: 2.0, ..load(100_000, 10) };
+        assert!(planned(&quick, wide).pictures_s > planned(&quick, load(100_000, 10)).pictures_s);
     }
 
     #[test]

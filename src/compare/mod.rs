@@ -33,7 +33,7 @@ mod truth;
 
 use serde::{Deserialize, Serialize};
 
-pub use budget::{Budget, Spent, fit, peak_mb};
+pub use budget::{Budget, Load, Spent, fit, peak_mb};
 pub use contender::{Contender, Workshop};
 pub use cost::Cost;
 pub use motion::{Motion, largest_step};

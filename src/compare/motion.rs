@@ -50,6 +50,11 @@ impl TrueMotion {
         let flicker = mean_step(&orbit)?;
         Ok(Self { orbit, dolly, flicker })
     }
+
+    /// Frames of both walks from begin to end, by name.
+    pub fn strips(&self) -> [(&'static str, RgbaImage); 2] {
+        [(STRIPS[0], spread(&self.orbit)), (STRIPS[1], spread(&self.dolly))]
+    }
 }
 
 /// Names of the strips among a method's pictures.
@@ -74,8 +79,7 @@ pub fn measure(
     let mut film = |frames: Vec<Frame>| frames.iter().map(|frame| frame.take(renderer, stage, tree)).collect::<Result<Vec<_>>>();
     let round = film(film::orbit(stage, plan))?;
     let still = on_orbit(truth, &round)?;
-    let spread = |i: usize| i * (round.len() - 1) / (OF_STRIP - 1).max(1);
-    let orbit_strip = (STRIPS[0], strip(&(0..OF_STRIP).map(|i| &round[spread(i)]).collect::<Vec<_>>()));
+    let orbit_strip = (STRIPS[0], spread(&round));
     if !changes_with_distance(built) {
         return Ok((still, vec![orbit_strip]));
     }
@@ -144,6 +148,12 @@ fn largest(steps: &[f64]) -> (usize, f64) {
         steps[i] / around[around.len() / 2].max(0.01)
     };
     (0..steps.len()).map(|i| (i, ratio(i))).fold((0, 0.0), |most, next| if next.1 > most.1 { next } else { most })
+}
+
+/// Some frames from the first to the last, side by side.
+fn spread(frames: &[RgbImage]) -> RgbaImage {
+    let last = frames.len().saturating_sub(1);
+    strip(&(0..OF_STRIP).filter_map(|i| frames.get(i * last / (OF_STRIP - 1))).collect::<Vec<_>>())
 }
 
 /// Frames side by side, as high as a strip is.

@@ -118,7 +118,7 @@ pub fn run(
     store.add_time(begun.elapsed().as_secs_f64())?;
     let finished: Vec<_> = request.contenders.iter().map(|of| store.finished(of.id()).expect("all are").clone()).collect();
     let (methods, cells): (Vec<_>, Vec<_>) = finished.into_iter().unzip();
-    let spent = Spent::of_all(truth_s, methods.iter().map(|run| &run.spent), renderers.len());
+    let spent = Spent::of_all(truth_s, methods.iter().map(|run| &run.spent), renderers.len()).of(store.taken_s());
     Ok(Comparison {
         source: request.shop.source.name().to_owned(),
         height_m: hall.stage.height_m(),
@@ -151,6 +151,9 @@ fn take_truth(renderers: &mut [Renderer], hall: &mut Hall) -> Result<()> {
         side_by_side(&mut hands, frames.len(), |renderer, tree, i| frames[i].take_true(renderer, &here.stage, tree))
     };
     let true_motion = TrueMotion::of(film(film::orbit(&here.stage, plan))?, film(film::dolly(&here.stage, plan))?)?;
+    for (name, strip) in true_motion.strips() {
+        pictures::write(&here.request.folder.join("pictures").join(TRUTH_FOLDER).join(name), &strip)?;
+    }
     (hall.truth, hall.true_motion) = (looks, true_motion);
     Ok(())
 }

@@ -169,6 +169,19 @@ pub fn drive(renderer: &mut Renderer, grove: &mut Grove, scene: &Scene, told: &m
 /// # Errors
 /// Those of [`Renderer::picture`].
 pub fn picture(renderer: &mut Renderer, grove: &mut Grove, scene: &Scene, number: u32) -> Result<Picture> {
+    renderer.picture(&shot_of(scene, number), grove.world(&scene.file.culling, None))
+}
+
+/// The same without trees.
+///
+/// # Errors
+/// Those of [`Renderer::picture`].
+pub fn bare(renderer: &mut Renderer, grove: &mut Grove, scene: &Scene, number: u32) -> Result<Picture> {
+    renderer.picture(&shot_of(scene, number), World { crowd: None, ..grove.world(&scene.file.culling, None) })
+}
+
+/// What a frame of the path shows.
+fn shot_of(scene: &Scene, number: u32) -> Shot {
     let step_s = scene.path.length_s() / scene.file.frames.saturating_sub(1).max(1) as f32;
     let mut trail = Trail::default();
     let mut viewer = LevelViewer { eye: Vec3::ZERO, farther: 1.0 };
@@ -177,5 +190,5 @@ pub fn picture(renderer: &mut Renderer, grove: &mut Grove, scene: &Scene, number
         viewer = trail.follow(scene.path.at(at as f32 * step_s).eye, at as f32 * step_s, &scene.file.levels);
     }
     let time_s = number as f32 * step_s;
-    renderer.picture(&shot(scene, scene.path.at(time_s), time_s, viewer, number), grove.world(&scene.file.culling, None))
+    shot(scene, scene.path.at(time_s), time_s, viewer, number)
 }

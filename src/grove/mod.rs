@@ -1,5 +1,6 @@
 //! Groves: what stands where, on which ground, seen along which path. Plain data, metres, +Y up, +X east, -Z north.
 
+pub mod against;
 pub mod chains;
 pub mod culling;
 pub mod drive;

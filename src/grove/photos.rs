@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::scene::SpeciesEntry;
-use super::stock::{Stock, of_source};
+use super::stock::{StandIn, Stock, of_source};
 use crate::model::TreeModel;
 use crate::model::pipeline::{self, ModelParams, Request, View};
 use crate::photo::{DecodeParams, Hints, decode};
@@ -51,23 +51,23 @@ pub fn find(folder: &Path) -> Result<Vec<PathBuf>> {
 /// So many photographs a grove may have: each has textures of its own.
 pub const MOST: usize = 4096;
 
-/// Models every photograph of `photos` and builds what `method`, or [`AUTO`](super::scene::AUTO), draws it with. One that fails does not
-/// stop the others. `told` hears of each that is done.
+/// Models every photograph of `photos` and builds what stands for it. One that fails does not stop the others. `told` hears of each that is done.
 ///
 /// # Errors
 /// [`Error::Photos`] where none could be modelled, with the reason of the first.
-pub fn stock(
+pub fn stock<'a>(
     photos: &[PathBuf],
-    method: &str,
+    by: impl Into<StandIn<'a>>,
     seed: Seed,
     capture: &dyn Capture,
     told: &(dyn Fn(&str) + Sync),
 ) -> Result<Modelled> {
+    let by = by.into();
     let one = |path: &PathBuf| {
         let made = modelled(path, seed).and_then(|(model, warnings)| {
             let source = TreeSource::model(name_of(path), model);
             let entry = SpeciesEntry::new(name_of(path));
-            let made = of_source(&source, &entry, 1.0, (method, None), seed, capture)?;
+            let made = of_source(&source, &entry, 1.0, (by, None), seed, capture)?;
             let mut size = made.size;
             size.also.push(path.file_name().unwrap_or_default().to_string_lossy().into_owned());
             Ok(Stock { size, warnings: warnings.into_iter().chain(made.warnings).collect(), built: made.built })

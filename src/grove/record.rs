@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde_json::json;
 
+use super::against::Against;
 use super::culling::Chosen;
 use super::drive::{Frame, Grove};
 use super::scene::Scene;
@@ -111,6 +112,9 @@ pub struct Summary {
     pub uploaded_bytes: u64,
     /// What grows there.
     pub species: Vec<OfSpecies>,
+    /// Beside the same drive with another method, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub against: Option<Against>,
     /// Every effective parameter.
     pub parameters: serde_json::Value,
 }
@@ -258,6 +262,7 @@ impl<'a> Recorder<'a> {
             most_draws: self.frames.iter().map(|frame| frame.counted.draws).max().unwrap_or(0),
             uploaded_bytes: self.frames.iter().map(|frame| frame.uploaded_bytes).sum(),
             species: self.species.clone(),
+            against: None,
             parameters: json!({ "terrain": file.terrain, "planting": file.planting, "camera": file.camera, "stage": file.stage,
                 "culling": asked, "levels": file.levels }),
         }
@@ -276,7 +281,7 @@ impl Summary {
 }
 
 /// The value that this share of `values` does not exceed; 0 of none.
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);
     values.get(((share * values.len() as f64).ceil() as usize).saturating_sub(1).min(last)).copied().unwrap_or(0.0)

@@ -4,20 +4,23 @@ mod layout;
 mod presets;
 mod table;
 
+use std::collections::BTreeMap;
 use std::path::{Path as FilePath, PathBuf};
 
 use serde::Deserialize;
 
 pub use layout::{Scene, lay_out};
 pub use presets::{PRESETS, Preset, preset};
-use table::table;
+use table::{settings, table};
 
 use super::path::{CameraParams, Key};
 use super::placement::{PlantingParams, check_number};
+use super::stock::StandIn;
 use super::terrain::TerrainParams;
 use super::trail::FollowParams;
 use crate::params::ParamSet;
 use crate::render::{CullParams, Stage};
+use crate::repr::Settings;
 use crate::{Error, Result, files, repr};
 
 crate::params! {
@@ -98,6 +101,9 @@ described! {
         pub title: String,
         /// Which method draws the trees, or `auto`: the chain that a comparison recommends. `auto` unless given.
         pub method: String,
+        /// Parameters of methods (`sphereboard methods ID`): a table for each, for example `[settings.slices]`.
+        #[serde(deserialize_with = "settings")]
+        pub settings: BTreeMap<String, Settings>,
         /// Width and height of the picture, 16 to 8192 pixels; 1280 × 720 unless given.
         pub size_px: [u32; 2],
         /// How many trees, 0 to 4,194,304; 540 unless given (She §3.5). An inventory says for itself.
@@ -142,6 +148,7 @@ impl Default for SceneFile {
         Self {
             title: String::new(),
             method: AUTO.to_owned(),
+            settings: BTreeMap::new(),
             size_px: [1280, 720],
             trees: 540,
             seed: 1,
@@ -206,6 +213,25 @@ impl SceneFile {
         Ok(scene)
     }
 
+    /// What a method is built with in this scene.
+    pub fn stand_in<'a>(&'a self, method: &'a str) -> StandIn<'a> {
+        StandIn { method, settings: self.settings.get(method).unwrap_or(Settings::none()) }
+    }
+
+    /// Sets parameters of the scene's method over those that the scene has.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] where the method is [`AUTO`]: a chain is of several.
+    pub fn set(&mut self, settings: &Settings) -> Result<()> {
+        if self.method == AUTO {
+            let expected = "a method that it sets a parameter of, by --method".to_owned();
+            return Err(Error::Parameter { name: "--set".to_owned(), expected, found: AUTO.to_owned() });
+        }
+        let own = self.settings.entry(self.method.clone()).or_default();
+        *own = std::mem::take(own).and(settings);
+        Ok(())
+    }
+
     /// Whether the path comes from a word instead of a file.
     fn path_is_made(&self) -> bool {
         ["tour", "orbit"].contains(&self.path.as_str())
@@ -242,6 +268,9 @@ impl SceneFile {
         }
         if self.method != AUTO {
             repr::method(&self.method)?;
+        }
+        for (method, settings) in &self.settings {
+            settings.split("trunk.").0.check(repr::method(method)?)?;
         }
         self.terrain.validate()?;
         self.planting.validate()?;

@@ -23,17 +23,38 @@ pub struct Stock {
     pub warnings: Vec<Warning>,
 }
 
+/// What stands for each tree.
+#[derive(Debug, Clone, Copy)]
+pub struct StandIn<'a> {
+    /// A method, or [`AUTO`].
+    pub method: &'a str,
+    /// Its parameters.
+    pub settings: &'a Settings,
+}
+
+impl<'a> From<&'a str> for StandIn<'a> {
+    fn from(method: &'a str) -> Self {
+        Self { method, settings: Settings::none() }
+    }
+}
+
 /// The method that stands in where `auto` finds no recommended chain: its own levels carry it from near to far.
 pub const WITHOUT_CHAIN: &str = "sphere-board";
 
 /// Below that height the trunk's radius is looked for, as a share of the tree's.
 const TRUNK: f32 = 0.03;
 
-/// Every variant of a scene's species, in order, drawn as `method` or [`AUTO`] says.
+/// Every variant of a scene's species, in order, and what stands for each.
 ///
 /// # Errors
 /// Those of [`TreeSource::open`] and [`repr::build`], with the species that they befell.
-pub fn stock(species: &[SpeciesEntry], method: &str, capture: &dyn Capture, told: &(dyn Fn(&str) + Sync)) -> Result<Vec<Stock>> {
+pub fn stock<'a>(
+    species: &[SpeciesEntry],
+    by: impl Into<StandIn<'a>>,
+    capture: &dyn Capture,
+    told: &(dyn Fn(&str) + Sync),
+) -> Result<Vec<Stock>> {
+    let by = by.into();
     let variants = |entry: &SpeciesEntry| {
         let count = if preset(&entry.source).is_some() { entry.variants } else { 1 };
         (0..u64::from(count)).map(|variant| (entry.clone(), variant, count)).collect::<Vec<_>>()
@@ -42,7 +63,7 @@ pub fn stock(species: &[SpeciesEntry], method: &str, capture: &dyn Capture, told
     all.par_iter()
         .map(|(entry, variant, count)| {
             told(&entry.source);
-            let stock = one(entry, *variant, *count, method, capture);
+            let stock = one(entry, *variant, *count, by, capture);
             stock.map_err(|cause| match cause {
                 Error::InFile { .. } => cause,
                 cause => Error::InFile { path: entry.source.clone().into(), cause: Box::new(cause) },
@@ -51,10 +72,10 @@ pub fn stock(species: &[SpeciesEntry], method: &str, capture: &dyn Capture, told
         .collect()
 }
 
-fn one(entry: &SpeciesEntry, variant: u64, count: u32, method: &str, capture: &dyn Capture) -> Result<Stock> {
+fn one(entry: &SpeciesEntry, variant: u64, count: u32, by: StandIn, capture: &dyn Capture) -> Result<Stock> {
     let seed = Seed(entry.seed + variant);
     let share = entry.share / f64::from(count);
-    if method == AUTO && entry.compared.is_none() && preset(&entry.source).is_none() {
+    if by.method == AUTO && entry.compared.is_none() && preset(&entry.source).is_none() {
         // A file that was baked holds its levels.
         let bytes = files::read_whole(entry.source.as_ref(), u64::MAX)?;
         if let Some((built, _)) = file::read(&bytes).transpose()? {
@@ -64,10 +85,10 @@ fn one(entry: &SpeciesEntry, variant: u64, count: u32, method: &str, capture: &d
     }
     let (source, warnings) = TreeSource::open(&entry.source, &Asked::default(), seed)?;
     let chain = match &entry.compared {
-        Some(comparison) if method == AUTO => Some(chains::of_comparison(comparison)?),
+        Some(comparison) if by.method == AUTO => Some(chains::of_comparison(comparison)?),
         _ => None,
     };
-    let stock = of_source(&source, entry, share, (method, chain), seed, capture)?;
+    let stock = of_source(&source, entry, share, (by, chain), seed, capture)?;
     Ok(Stock { warnings: warnings.into_iter().chain(stock.warnings).collect(), ..stock })
 }
 
@@ -77,7 +98,7 @@ pub(super) fn of_source(
     source: &TreeSource,
     entry: &SpeciesEntry,
     share: f64,
-    (method, chain): (&str, Option<Chain>),
+    (StandIn { method, settings }, chain): (StandIn, Option<Chain>),
     seed: Seed,
     capture: &dyn Capture,
 ) -> Result<Stock> {
@@ -91,7 +112,7 @@ pub(super) fn of_source(
         }
     }
     let id = if method == AUTO { WITHOUT_CHAIN } else { method };
-    let order = Order { method: id, trunk: None, settings: &Settings::default(), seed };
+    let order = Order { method: id, trunk: None, settings, seed };
     let built = repr::build(&order, source, capture)?;
     let note = format!("{}: no recommended chain; {id} with its own levels stands in", entry.source);
     let warnings = if method == AUTO { vec![Warning::new("no-chain", note)] } else { vec![] };

@@ -24,6 +24,12 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Nothing is set.
+    pub fn none() -> &'static Self {
+        static NONE: Settings = Settings { pairs: vec![], prefix: String::new() };
+        &NONE
+    }
+
     /// From `key=value` texts; hyphens in keys count as underscores.
     ///
     /// # Errors
@@ -39,6 +45,12 @@ impl Settings {
     /// The same with another one set.
     pub fn with(mut self, name: &str, value: impl ToString) -> Self {
         self.pairs.push((name.to_owned(), value.to_string()));
+        self
+    }
+
+    /// The same with those of another set after these.
+    pub fn and(mut self, other: &Self) -> Self {
+        self.pairs.extend(other.pairs.iter().cloned());
         self
     }
 

@@ -46,7 +46,7 @@ impl Nursery {
         let worker = std::thread::spawn(move || {
             let grow = |&number: &usize| {
                 let entry = &file.species[number..=number];
-                Ok((trees_of(&file, number), stock::stock(entry, &wanted.method, &SoftwareCapture::new(), &|_| {})?))
+                Ok((trees_of(&file, number), stock::stock(entry, file.stand_in(&wanted.method), &SoftwareCapture::new(), &|_| {})?))
             };
             let stock: Vec<(std::ops::Range<usize>, Vec<Stock>)> = wanted.species.iter().map(grow).collect::<Result<_>>()?;
             let mut now = sizes.clone();

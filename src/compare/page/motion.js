@@ -21,5 +21,7 @@ function startMotion() {
     if (number(popping)) strips.push(strip(run, 1, `away: popping ${fixed(2)(popping)}, largest at ${whole(at)} px, ${fixed(1)(gone)} JOD`));
     return element("div", { class: "motion" }, element("h3", {}, methodName(run.method)), element("div", { class: "strips" }, ...strips));
   };
-  byId("motion-strips").replaceChildren(...compared.map(one));
+  const truth = { method: "truth" };
+  const strips = element("div", { class: "strips" }, strip(truth, 0, "round it: many samples for each pixel"), strip(truth, 1, "away, from its begin to its end"));
+  byId("motion-strips").replaceChildren(element("div", { class: "motion" }, element("h3", {}, "the true tree"), strips), ...compared.map(one));
 }

@@ -13,7 +13,7 @@ function budgetText() {
 /** Where the time went, as planned and as taken. */
 function spentText() {
   const { planned, spent } = data.budget;
-  const parts = [["truth_s", "the truth"], ["build_s", "building"], ["timing_s", "timing"], ["files_s", "files"], ["pictures_s", "pictures"], ["motion_s", "films"]];
+  const parts = [["truth_s", "the truth"], ["build_s", "building"], ["timing_s", "timing"], ["files_s", "files"], ["pictures_s", "pictures"], ["motion_s", "films"], ["rest_s", "getting ready and waiting"]];
   return parts.map(([id, name]) => `${name} ${digits(spent[id])} s (planned ${digits(planned[id])})`).join(", ");
 }
 
@@ -36,10 +36,14 @@ function startAnswer() {
     byId("answer-lead").textContent += ` Where the tree is ${listed(without.map((band) => `${whole(band.height_px)} px`))} high nothing stays under that error, ` +
       "not even the tree itself with one sample for each pixel; the chain keeps there what stands before it.";
   }
+  if (without.length > 0) {
+    const needed = Math.ceil(100 * Math.max(...without.map((band) => band.flip))) / 100;
+    if (needed < 1) byId("answer-lead").textContent += ` With --max-flip ${needed} there would be an answer at every distance.`;
+  }
   if (links.length === 1 && links[0].method === data.truth) byId("answer-lead").textContent += " No stand-in within that error is cheaper.";
   byId("chain").replaceChildren(...links.map(({ method, level, from_distance: from }, i) => {
     const until = links[i + 1]?.from_distance;
-    const range = from === 0 ? (until ? `up to ${away(until)} tree heights` : "at every distance") : until ? `${away(from)} to ${away(until)} tree heights` : `beyond ${away(from)} tree heights`;
+    const range = from === 0 ? (until ? `up to ${away(until)} tree heights` : `at every distance${without.length ? ", for want of better at some" : ""}`) : until ? `${away(from)} to ${away(until)} tree heights` : `beyond ${away(from)} tree heights`;
     const size = from === 0 ? (until ? `taller than ${whole(data.focal_px / until)} px` : "") : `${whole(data.focal_px / from)} px high${until ? ` down to ${whole(data.focal_px / until)} px` : " and less"}`;
     return element("li", {}, element("b", {}, methodName(method, level)), element("span", {}, range), element("span", {}, size));
   }));
@@ -94,7 +98,7 @@ function startRefused() {
   const list = (entries) => element("dl", {}, ...entries.flatMap(([name, text]) => [element("dt", {}, element("b", {}, name)), element("dd", {}, text)]));
   const refused = data.methods.filter((run) => run.refused).map((run) => [run.method, run.refused]);
   const failed = rows.filter((row) => row.failed).map((row) => [`${methodName(row.method, row.level)}, ${whole(row.height_px)} px`, row.failed]);
-  const warned = data.methods.flatMap((run) => run.warnings.map((text) => [run.method, text]));
+  const warned = data.methods.filter((run) => run.warnings.length).map((run) => [run.method, run.warnings.join("; ")]);
   const part = (head, entries, none) => [element("h3", {}, head), entries.length ? list(entries) : element("p", { class: "small" }, none)];
   byId("refused-list").replaceChildren(
     ...part("Refused", [...refused, ...failed], "No method refused this tree."), ...part("Warnings", warned, "No method warned of anything."));

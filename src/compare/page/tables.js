@@ -2,8 +2,8 @@
 const rowName = { name: "Method", value: (row) => methodName(row.method, row.level), text: true, meaning: "the method, and its level of detail where one was told; else it draws the one that belongs there" };
 const costColumns = [
   rowName,
-  { name: "time", unit: "ms", value: (row) => row.cost.ms, show: fixed(4), meaning: "milliseconds of the device for one tree, median over frames full of trees" },
-  { name: "time, 95 %", unit: "ms", value: (row) => (row.cost.frames < 3 ? NaN : row.cost.ms_p95), show: fixed(4), meaning: "95 % of the frames took this or less, per tree; – where fewer than three were timed" },
+  { name: "time", unit: "ms", value: (row) => row.cost.ms, show: digits, meaning: "milliseconds of the device for one tree, median over frames full of trees" },
+  { name: "time, 95 %", unit: "ms", value: (row) => (row.cost.frames < 3 ? NaN : row.cost.ms_p95), show: digits, meaning: "95 % of the frames took this or less, per tree; – where fewer than three were timed" },
   { name: "triangles", value: (row) => row.cost.triangles, show: whole, meaning: "triangles of one tree" },
   { name: "draw calls", value: (row) => row.cost.draw_calls, show: whole, meaning: "draw calls of any number of trees" },
   { name: "textures", value: (row) => row.cost.texture_bytes, show: bytes, meaning: "bytes on the device of the pictures seen at that distance, with all their smaller sizes" },

@@ -11,7 +11,7 @@ use crate::repr::{BuiltTree, REFERENCE_FOCAL_PX, Settings, TreeSource, multichai
 use crate::{Error, Result};
 
 use super::she::framed;
-use super::{Bench, Chart, Curve, Exhibit, Ours, Printed, Table, in_rows};
+use super::{Bench, Chart, Curve, Exhibit, Ours, Printed, Table, grouped, in_rows};
 
 const PAPER_2003: &str = "Lluch et al. 2003, Procedural multiresolution for plant and tree rendering";
 const PAPER_2004: &str = "Lluch et al. 2004, An image-based multiresolution model for interactive foliage rendering (WSCG)";
@@ -51,7 +51,13 @@ fn fig_7(bench: &mut Bench) -> Result<Ours> {
     let truth = bench.look(&tree, view, 320.0, None)?;
     let geometry_mb = megabytes(&built);
     table.row(["a".into(), "geometry".into(), leaves.to_string(), geometry_mb, "0".into(), "0".into()]);
-    ours.panels.push(framed(bench, &truth, &truth, "lluch7-a", format!("a · geometry, {leaves} polygons"))?);
+    ours.panels.push(framed(
+        bench,
+        &truth,
+        &truth,
+        "lluch7-a",
+        format!("a · geometry, {} polygons", grouped(&leaves.to_string())),
+    )?);
     for (panel, arrangement, words) in [("b", "axes", "axis-aligned"), ("c", "volume", "volumetric"), ("d", "diagonal", "diagonal")]
     {
         let built = bench.built("box-hierarchy", &Settings::default().with("arrangement", arrangement))?;
@@ -203,14 +209,15 @@ fn fig_5_7(bench: &mut Bench) -> Result<Ours> {
     let mut ours = Ours { columns: 4, ..Ours::default() };
     let mut table = Table::new(
         "Each level held against the whole tree",
-        ["level", "seen from, heights", "pixels high", "polygons", "FLIP", "1 − IoU"],
+        ["level", "drawn from, heights", "looked at, pixels high", "polygons", "FLIP", "1 − IoU"],
     );
     let mut far = vec![];
     let (_, whole) = bench.uploaded(TRUTH)?;
     let (built, chain) = bench.uploaded("multichain")?;
     let view = View { azimuth_deg: 20.0, elevation_deg: 5.0 };
     for (number, level) in built.levels.iter().enumerate() {
-        // Nearer than 2.5 heights a tree does not fit its picture, farther than 60 it is a speck.
+        // Nearer than 2.5 heights a tree does not fit its picture, farther than 60 it is a speck: then it is looked at from there, and that is
+        // said.
         let distance = level.distance.clamp(2.5, 60.0);
         let height_px = REFERENCE_FOCAL_PX / distance;
         let truth = bench.look(&whole, view, height_px, None)?;
@@ -228,7 +235,8 @@ fn fig_5_7(bench: &mut Bench) -> Result<Ours> {
         let near = bench.look(&chain, view, 320.0, Some(level.distance))?;
         let whole_near = bench.look(&whole, view, 320.0, None)?;
         ours.panels.push(framed(bench, &whole_near, &near, &format!("lluch4-{number}"), format!("{}, near", level.name))?);
-        let caption = format!("{height_px:.0} px high, {polygons} polygons");
+        let nearer = if distance < level.distance { ", nearer than it is drawn" } else { "" };
+        let caption = format!("{height_px:.0} px high{nearer}, {} polygons", grouped(&polygons.to_string()));
         far.push(framed(bench, &truth, &seen, &format!("lluch5-{number}"), caption)?);
     }
     ours.panels.extend(far);

@@ -83,8 +83,17 @@ impl Table {
 
     fn row<const N: usize>(&mut self, cells: [String; N]) {
         debug_assert_eq!(N, self.head.len());
-        self.rows.push(cells.to_vec());
+        self.rows.push(cells.map(|cell| grouped(&cell)).to_vec());
     }
+}
+
+/// A whole number of five digits or more with commas; anything else as it is.
+fn grouped(text: &str) -> String {
+    if text.len() < 5 || !text.bytes().all(|b| b.is_ascii_digit()) {
+        return text.to_owned();
+    }
+    let digits = text.char_indices();
+    digits.flat_map(|(i, c)| ((text.len() - i).is_multiple_of(3) && i > 0).then_some(',').into_iter().chain([c])).collect()
 }
 
 /// A picture of ours.

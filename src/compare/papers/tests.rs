@@ -86,3 +86,9 @@ fn what_cannot_be_drawn_is_told_and_the_rest_is_there() {
     let json: serde_json::Value = serde_json::from_slice(&std::fs::read(folder.path().join("papers.json")).unwrap()).unwrap();
     assert_eq!(json["exhibits"][0]["theirs"]["rows"][1][2], "2124");
 }
+
+#[test]
+fn large_numbers_are_grouped_and_nothing_else() {
+    let all = ["105091", "20281", "1234567", "1024", "12.50", "−12345", "Fractal", ""].map(grouped);
+    assert_eq!(all, ["105,091", "20,281", "1,234,567", "1024", "12.50", "−12345", "Fractal", ""]);
+}

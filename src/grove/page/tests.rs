@@ -1,5 +1,6 @@
 use super::super::culling::Chosen;
 use super::*;
+use crate::grove::against::{Against, Compared};
 use crate::grove::record::{OfSpecies, Started};
 use crate::render::Counted;
 
@@ -54,6 +55,16 @@ fn drive(title: &str, frames: usize) -> Drive {
         most_draws: 7,
         uploaded_bytes: 96,
         species: vec![species("oak", "far"), species("<birch>", "flat")],
+        against: Some(Against {
+            method: "geometry".to_owned(),
+            median_ms: 30.0,
+            fps: 33.3,
+            triangles: 98_765.0,
+            gain: 2.5,
+            saved: 8.0,
+            flip: Some(0.0432),
+            pictures: vec![Compared { frame: 1, flip: 0.0432, file: "frames/frame_00001_geometry.png".to_owned() }],
+        }),
         parameters: json!({ "terrain": TerrainParams::default(), "planting": PlantingParams::default(), "camera": CameraParams::default(),
             "stage": StageParams { wind_m_s: 3.0, ..StageParams::default() }, "culling": CullParams::default(), "levels": FollowParams::default() }),
     };
@@ -79,6 +90,10 @@ fn the_page_holds_plots_figures_and_parameters_and_fetches_nothing() {
         "sphereboard grove --out x",
         "unknown",
         "frame_00001.png",
+        "frame_00001_geometry.png",
+        "2.50",
+        "8.00",
+        "0.0432",
         "drive.webp",
         "the processor culls: 1.25 ms a frame by the processor, 7.50 ms by the device",
         "<td class=\"text good\">3 m&#x2f;s</td>",

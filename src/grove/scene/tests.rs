@@ -68,6 +68,9 @@ fn wrong_files_are_told_by_line_with_what_was_expected() {
     has("[culling]\nleast_px = -1\n", &["line 2", "least-px must be 0 to 100 px", "-1"]);
     has("[culling]\nleast_px = 1\nbatch = \"all\"\n", &["line 3", "batch", "naive, vbo, indirect", "all"]);
     has("[culling]\nreshape_px = nan\n", &["line 2", "reshape-px must be 1 to 4096 px", "nan"]);
+    has("[settings.slices]\nlevel = \"on\"\nlevels = 3\n", &["levels", "groups"]);
+    has("[settings.magic]\n", &["magic", "sphere-board"]);
+    has("settings = 3\n", &["line 1"]);
     has("levels = 3\n", &["line 1", "a table of parameters"]);
     has("species = []\n", &["1 to 64", "0 of them"]);
     has("[[species]]\nsource = \"oak\"\nshare = 0\n", &["more than 0"]);
@@ -86,6 +89,12 @@ fn levels_and_culling_are_the_scenes_own() {
     assert_eq!((file.levels.slack_m, file.levels.coarser, file.levels.haste_m_s), (0.0, 2.5, FollowParams::default().haste_m_s));
     assert_eq!((file.culling.reshape_px, file.culling.batch), (100.0, crate::render::Batch::Vbo));
     assert_eq!(file.culling.least_px, CullParams::default().least_px);
+    let mut file = SceneFile::parse("method = \"slices\"\n[settings.slices]\ngroups = 4\nlevel = \"on\"\n").unwrap();
+    file.set(&Settings::default().with("groups", 5)).unwrap();
+    let settings = Settings::default().with("groups", 4).with("level", "on").with("groups", 5);
+    assert_eq!(file.stand_in("slices").settings, &settings);
+    assert_eq!(file.stand_in("billboard").settings, Settings::none());
+    assert!(SceneFile::default().set(&settings).unwrap_err().to_string().contains("--method"));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 use glam::{Mat2, Quat, Vec2, Vec3, Vec3Swizzles as _};
 
 use super::limbs::limbs;
-use super::wood::wood;
+use super::wood::{wood, wood_within};
 use super::{BarkKind, LeafKind, LeafParams, WoodParams, bark, foliage, leaves};
 use crate::Seed;
 use crate::geom::{PolyMesh, Surface, Topology};
@@ -88,6 +88,29 @@ fn a_fork_of_brackets_goes_on_in_its_thickest_arm_and_a_sharp_turn_does_not() {
     let foot = grow(&mut s, None, 0.0, 2.0, (0.3, 0.25), 0);
     let arms = [(0.5, 0.1), (-0.5, 0.2), (1.8, 0.24)].map(|(turn, radius)| grow(&mut s, Some(foot), turn, 1.0, (radius, 0.02), 1));
     assert_eq!(limbs(&s), [vec![foot, arms[1]], vec![arms[0]], vec![arms[2]]]);
+}
+
+#[test]
+fn wood_that_may_be_off_has_fewer_polygons_and_is_as_wide() {
+    let s = sapling();
+    let within = |error_m: f32| wood_within(&s, &straight(), Seed(1), error_m);
+    assert_eq!(within(0.0), wood(&s, &straight(), Seed(1)));
+    let (fine, mut last) = (within(0.0).mesh, usize::MAX);
+    for error_m in [0.0, 0.005, 0.02, 0.08] {
+        let coarse = within(error_m).mesh;
+        assert!(coarse.polygon_count() < last, "{error_m} m: {} polygons, {last} before", coarse.polygon_count());
+        last = coarse.polygon_count();
+        let (a, b) = (fine.bounds().unwrap(), coarse.bounds().unwrap());
+        assert!((a.min - b.min).abs().max((a.max - b.max).abs()).max_element() < 0.31 + error_m, "{error_m} m: {a:?}, {b:?}");
+        // Every corner lies as near to an axis as the branch is thick there.
+        let off = |p: &Vec3| fine.positions.iter().map(|q| p.distance(*q)).fold(f32::MAX, f32::min);
+        assert!(coarse.positions.iter().all(|p| off(p) < 0.1 + error_m), "{error_m} m");
+    }
+    // The branch of 0.24 m has gone, the trunk is a prism of three sides.
+    let trunk = within(1.0).mesh;
+    assert_eq!((components(&Surface { mesh: trunk.clone(), ..Surface::default() }.welded()), trunk.quads.len()), (1, 3));
+    let half_width = trunk.positions.iter().filter(|p| p.y < 0.01).map(|p| p.xz().length()).fold(0.0, f32::max);
+    assert!(half_width > 0.3 && half_width < 0.37, "{half_width}: wide enough on the average");
 }
 
 #[test]

@@ -44,7 +44,7 @@ pub fn wood(skeleton: &Skeleton, params: &WoodParams, seed: Seed) -> Surface {
     wood_within(skeleton, params, seed, 0.0)
 }
 
-/// The same with as few rings and corners as leave it within `error_m` of that. Branches thinner than that are left out, all but the trunk;
+/// The same with as few rings and corners as leave it within `error_m` of that. Branches thinner than half of that are left out, all but the trunk;
 /// where a branch begins inside another, or ends in a point, it is left open. As many corners as are left are as wide on the average as the
 /// round branch is.
 pub fn wood_within(skeleton: &Skeleton, params: &WoodParams, seed: Seed, error_m: f32) -> Surface {
@@ -52,7 +52,7 @@ pub fn wood_within(skeleton: &Skeleton, params: &WoodParams, seed: Seed, error_m
     for limb in limbs(skeleton) {
         let grounded = skeleton.bones[limb[0] as usize].parent.is_none();
         let rings = thinned(rings(skeleton, &limb, params, seed), 0.5 * error_m);
-        if grounded || 2.0 * widest_m(&rings) > error_m {
+        if grounded || 4.0 * widest_m(&rings) > error_m {
             let draw = seed.keyed("wood", u64::from(limb[0])).unit() as f32;
             Limb::new(&rings, grounded, params, draw, error_m).emit(&mut surface);
         }

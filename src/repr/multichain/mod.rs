@@ -278,6 +278,25 @@ mod tests {
         build(&order, source, &SoftwareCapture::default()).unwrap()
     }
 
+    #[test]
+    fn wood_beside_other_leaves_loses_corners_with_distance_and_that_of_a_whole_tree_does_not() {
+        let source = open("acacia");
+        let wood = |trunk: &Settings, distance: f32| {
+            let order = super::super::Order { method: "box-hierarchy", trunk: None, settings: trunk, seed: Seed(1) };
+            let tree = build(&order, &source, &SoftwareCapture::default()).unwrap();
+            let wood = tree.parts_at(distance).filter(|part| part.part.material.alpha_cutoff.is_none());
+            wood.map(|part| part.part.surface.mesh.polygon_count()).sum::<usize>()
+        };
+        let (round, plain) = (Settings::default(), Settings::default().with("trunk.round_px", 0.0));
+        assert_eq!(wood(&round, 1.0), wood(&plain, 1.0), "near");
+        for (distance, times) in [(2.0, 1), (8.0, 2), (30.0, 4)] {
+            assert!(times * wood(&round, distance) < wood(&plain, distance), "{distance} heights");
+        }
+        assert!(wood(&round, 1000.0) > 0, "the trunk stays");
+        let whole = built(&source, 4);
+        assert!(whole.parts.iter().all(|part| part.seen.appears[1] == 0.0), "only additions");
+    }
+
     /// Table 1: branches and polygons at the four levels, as shares of the finest.
     #[test]
     fn table_1_in_shape() {

@@ -9,6 +9,7 @@ mod levels;
 pub(super) mod picture;
 mod reduced;
 mod relief;
+mod shade;
 pub(super) mod subject;
 mod tone;
 mod views;

@@ -16,8 +16,9 @@ pub(super) struct Relief<'a> {
 /// Half the width of what is averaged of depths, texels.
 const SMOOTHED: usize = 4;
 
-/// Cosine to the viewer from which on a side of the surface is moved all the way.
-const TURNED: f32 = 0.3;
+/// Cosines to the viewer between which a side of the surface begins to be moved and is moved all the way. The rim, which is seen edge-on, is
+/// moved with what it bounds: left where it is, it would be as large as it is near.
+const TURNED: [f32; 2] = [-0.3, 0.1];
 /// Weight from which on a depth is known well enough not to be filled in from around.
 const KNOWN: f32 = 0.05;
 
@@ -46,7 +47,7 @@ impl<'a> Relief<'a> {
             corners.iter().for_each(|&v| normals[v as usize] += (b - a).cross(c - a));
         }
         let moved = |(p, n): (&Vec3, &Vec3)| {
-            let faces = (n.normalize_or(Vec3::ZERO).dot(toward) / TURNED).clamp(0.0, 1.0);
+            let faces = ((n.normalize_or(Vec3::ZERO).dot(toward) - TURNED[0]) / (TURNED[1] - TURNED[0])).clamp(0.0, 1.0);
             let aside = *p - center;
             let x = (0.5 + 0.5 * aside.dot(right) / half_size_m.x) * width_px as f32;
             let y = (0.5 - 0.5 * aside.dot(up) / half_size_m.y) * height_px as f32;

@@ -6,12 +6,12 @@ use glam::Vec3;
 use super::picture::Picture;
 
 /// What a face that is turned to the sun, to the sky or to the ground gets: about a clear day.
-const SUN: f32 = 1.3;
-const SKY: f32 = 0.54;
-const GROUND: f32 = 0.2;
+pub(super) const SUN: f32 = 1.3;
+pub(super) const SKY: f32 = 0.54;
+pub(super) const GROUND: f32 = 0.2;
 /// How far sunlight wraps round foliage, and what comes through it: as shaders/shared/light.wgsl has them.
-const WRAP: f32 = 0.35;
-const THROUGH: f32 = 0.04;
+pub(super) const WRAP: f32 = 0.35;
+pub(super) const THROUGH: f32 = 0.04;
 /// Every so manieth pixel is looked at, along both axes.
 const STEP: u32 = 3;
 /// How far a leaf may lie behind what the sun sees and be lit all the same, pixels.

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use super::SphereBoardParams;
 use super::reduced::reduced;
 use super::relief::Relief;
+use super::shade::Shade;
 use crate::Result;
 use crate::crown::{self, CrownParams, Hull};
 use crate::geom::{Bounds, PolyMesh, Surface};
@@ -40,9 +41,14 @@ const BLEND: f32 = 0.07;
 const FINER: u32 = 3;
 /// A texel of the normals has so many of the picture along each side. Shading by single leaves would be lighter the farther away they are, as
 /// normals that point everywhere average to one that points up.
-const NORMALS: u32 = 4;
-/// How far the surfaces stand out beyond the clusters' outlines, of the tree's longest side: pictures end at alpha, not at the surface.
-const OUTSET: f64 = 0.05;
+const NORMALS: u32 = 2;
+/// How far the surfaces stand out beyond the clusters' outlines, of the tree's longest side: pictures end at alpha, not at the surface. The
+/// one seen from above stands out farther, since clusters are found on what is seen from the side.
+const OUTSET: f64 = 0.06;
+const OUTSET_ABOVE: f64 = 0.08;
+/// Texels of the picture from above along each side of one of another picture: it serves for the largest share of what is seen by one who
+/// looks down on a landscape, and costs little.
+const FINER_ABOVE: f32 = 1.5;
 /// Times the alpha that keeps the covered area at the alpha test. Seen between two sizes of a picture, and from between two views, less of it is
 /// there; with this much, what is there is the true tree's within a few percent (`examples/sphere_score`).
 const FULLER: f32 = 1.1;
@@ -58,10 +64,13 @@ pub(super) fn parts(
     params: &SphereBoardParams,
 ) -> Result<Vec<BuiltPart>> {
     let longest_m = bounds.size().max_element();
-    let mesh = surface(job, hulls, wood, longest_m, params)?;
-    let texel_m = longest_m / params.look_px as f32;
+    let surface = |outset: f64| surface(job, hulls, wood, outset * f64::from(longest_m), params);
+    let (aside, above) = rayon::join(|| surface(OUTSET), || surface(OUTSET_ABOVE));
+    let (aside, above) = (aside?, above?);
     let (mut cards, mut facings) = (vec![], vec![]);
     for (axes, facing) in stands(params.looks) {
+        let texels = params.look_px as f32 * if is_above(axes) { FINER_ABOVE } else { 1.0 };
+        let texel_m = longest_m / texels;
         let Some(window) = window_around(job.source.points(job.scope), axes) else { continue };
         let wide = Vec3::new(MARGIN * texel_m, MARGIN * texel_m, 0.0);
         let window = Bounds { min: window.min - wide, max: window.max + wide };
@@ -74,11 +83,14 @@ pub(super) fn parts(
     let views: Vec<View> = cards.iter().map(finer).collect();
     let taken = job.capture.take(&parts, &views)?;
     let leaves = card::leaves(job.capture, &parts, &views, &taken)?;
-    let looks = cards.par_iter().zip(&taken).zip(&leaves).zip(facings);
-    let worn = looks.filter_map(|(((card, taken), leaves), facing)| {
-        let (taken, leaves) = reduced(taken, leaves, FINER);
-        let mut part = card::of_capture(card, &taken, &leaves)?;
-        part.surface = wearing(Relief::of(&card.view(), &taken).raised(&mesh), card);
+    let shade = Shade { views: &views, taken: &taken, leaves: &leaves, bounds };
+    let looks = cards.par_iter().zip(facings).enumerate();
+    let worn = looks.filter_map(|(number, (card, facing))| {
+        let (mut small, kinds) = reduced(&taken[number], &leaves[number], FINER);
+        shade.cast_on(&mut small, number, FINER);
+        let mut part = card::of_capture(card, &small, &kinds)?;
+        let mesh = if is_above(card.axes) { &above } else { &aside };
+        part.surface = wearing(Relief::of(&card.view(), &small).raised(mesh), card);
         part.material.two_sided = false;
         part.material.texture = part.material.texture.map(|picture| Arc::new(fuller(&picture)));
         part.material.normal_texture = part.material.normal_texture.map(|normals| {
@@ -92,10 +104,15 @@ pub(super) fn parts(
     Ok(worn.collect())
 }
 
+/// Whether a view looks straight down.
+fn is_above(axes: [Vec3; 3]) -> bool {
+    axes[2].y > 0.999
+}
+
 /// The closed surfaces that carry the pictures: crowns, and wood.
-fn surface(job: &Job, hulls: &[Hull], wood: Option<&Part>, longest_m: f32, params: &SphereBoardParams) -> Result<PolyMesh> {
+fn surface(job: &Job, hulls: &[Hull], wood: Option<&Part>, outset_m: f64, params: &SphereBoardParams) -> Result<PolyMesh> {
     let outset = |mut hull: Hull| {
-        hull.inset(-OUTSET * f64::from(longest_m));
+        hull.inset(-outset_m);
         hull
     };
     let hulls: Vec<Hull> = hulls.iter().cloned().map(outset).collect();
