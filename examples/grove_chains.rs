@@ -98,6 +98,7 @@ fn compare(renderers: &mut [Renderer], name: &str, chains: &Chains) -> Result<Co
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/grove_chains").join(name);
     let identity = Identity {
         program: chains.program.clone(),
+        commit: String::new(),
         source: name.to_owned(),
         plan: plan.clone(),
         seed: seed.0,

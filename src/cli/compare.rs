@@ -204,6 +204,7 @@ impl Wanted {
         let info = &renderers[0].gpu.info;
         Identity {
             program: About::this_program(),
+            commit: env!("SPHEREBOARD_COMMIT").to_owned(),
             source,
             plan: plan.clone(),
             seed: self.wish.seed.0,

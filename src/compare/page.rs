@@ -69,8 +69,6 @@ struct Report<'a> {
     bands: Vec<Band>,
     chain: Chain,
     losses: Vec<Loss>,
-    /// Of the program.
-    commit: &'static str,
     /// Names of the strips among a method's pictures: a walk round the tree, and one away from it.
     strips: [&'static str; 2],
     columns: &'static [Column],
@@ -126,7 +124,6 @@ fn data(comparison: &Comparison, identity: &Identity, asked: Asked) -> Result<St
         chain: Chain::of(&bands),
         bands,
         losses: digest::losses(&rows, &elevations),
-        commit: env!("SPHEREBOARD_COMMIT"),
         strips: STRIPS,
         columns: COLUMNS,
         pictures: digest::pictures(&comparison.plan),

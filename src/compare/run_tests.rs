@@ -46,6 +46,7 @@ fn compared(
     let plan = small_plan();
     let identity = Identity {
         program: "test".to_owned(),
+        commit: "0".to_owned(),
         source: "birch".to_owned(),
         plan: plan.clone(),
         seed: 1,

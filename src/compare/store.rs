@@ -16,6 +16,8 @@ use super::{Cell, MethodRun, Plan};
 pub struct Identity {
     /// Name and version of the program.
     pub program: String,
+    /// The program's commit: another may build or draw otherwise.
+    pub commit: String,
     /// The tree, and a digest of its file where it has one.
     pub source: String,
     /// What is looked at.

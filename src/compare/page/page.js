@@ -108,7 +108,7 @@ function startRebuild() {
   const { identity } = data;
   byId("command").textContent = data.command;
   const facts = [
-    ["Program", `${identity.program}, commit ${data.commit}`], ["Source", identity.source], ["Seed", String(identity.seed)], ["Adapter, driver", identity.adapter],
+    ["Program", `${identity.program}, commit ${identity.commit}`], ["Source", identity.source], ["Seed", String(identity.seed)], ["Adapter, driver", identity.adapter],
     ["Changed settings", identity.settings.length ? identity.settings.join(", ") : "none: every method at its defaults"],
     ["Time and memory", budgetText()], ["Where the time went", spentText()],
     ["Levels by themselves", identity.plan.levels ? "from the first azimuth of each elevation, in the first light" : "not looked at"],

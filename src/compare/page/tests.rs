@@ -50,6 +50,7 @@ const METHODS: [(&str, f64, f64, usize); 4] = [
 fn identity(comparison: &Comparison) -> Identity {
     Identity {
         program: "sphereboard 0".to_owned(),
+        commit: "0".to_owned(),
         source: comparison.source.clone(),
         plan: comparison.plan.clone(),
         seed: 7,
