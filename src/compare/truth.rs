@@ -30,7 +30,9 @@ pub fn take(renderer: &mut Renderer, stage: &Stage, tree: &Tree, look: &Look, ph
 /// # Errors
 /// Those of the renderer.
 pub fn see(renderer: &mut Renderer, stage: &Stage, tree: &Tree, shot: &Shot, height_px: f32) -> Result<Seen> {
-    let by = finer(height_px);
+    // Of a picture that is large itself, as many as there is room for.
+    let fits = |by: &u32| renderer.takes(shot.size_px.map(|side| side.saturating_mul(*by)));
+    let by = (1..=finer(height_px)).rev().find(fits).unwrap_or(1);
     let large = Shot { size_px: shot.size_px.map(|side| side * by), ..shot.clone() };
     Ok(coarser(&stage.see(renderer, tree, &large)?, by))
 }
