@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use super::Counted;
 use super::drawer::{Drawer, PASSES, PassKind};
 use super::part::{DevicePart, PartStore, PlaceInTree, Textures};
 use super::pipelines::{Pipelines, Style};
@@ -165,6 +166,16 @@ impl ForestDrawer {
     /// Leaves shown of all trees in the last frame.
     pub fn leaves_shown(&self) -> usize {
         self.placed.values().filter(|placed| placed.used == self.frame).map(|placed| placed.shown.entries().len()).sum()
+    }
+
+    /// Draw calls and triangles of leaves in a pass of the frame that was prepared last.
+    pub fn counted(&self, scene: &Scene, kind: PassKind) -> Counted {
+        let forests = scene.trees(kind).iter().flat_map(|placed| placed.tree.forests().iter().map(move |part| (placed, part)));
+        let shown = forests.flat_map(|(placed, part)| {
+            let instances = placed.instances(scene, part.part.group).iter();
+            instances.filter_map(|instance| self.placed.get(&key(part, instance)))
+        });
+        shown.fold(Counted::default(), |sum, placed| sum + Counted { draws: 1, triangles: 2 * placed.shown.entries().len() as u64 })
     }
 }
 

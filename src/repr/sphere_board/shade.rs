@@ -201,7 +201,7 @@ mod tests {
         let leaves = [leaf(Vec3::ZERO, 1.0), leaf(Vec3::new(0.6, 1.0, 0.0), 0.5)];
         let parts: Vec<&Part> = leaves.iter().collect();
         let bounds = Bounds { min: Vec3::new(-1.0, -1.0, -1.0), max: Vec3::new(1.0, 1.0, 1.0) };
-        let views: Vec<View> = [(0.0, 0.3), (0.0, 1.57), (1.57, 0.7), (-1.57, 0.7), (-1.57, 0.3), (3.14, 0.7)]
+        let views: Vec<View> = [(0.0, 0.3), (0.0, 1.57), (1.57, 0.7), (-1.57, 0.7), (-1.57, 0.3), (3.1, 0.7)]
             .map(|(azimuth, up)| {
                 let axes = View::axes_from(azimuth, up);
                 View {
