@@ -66,12 +66,11 @@ fn on_its_way(at: LeafVertex, leaf: Leaf, k: u32, level: u32) -> LeafVertex {
     return LeafVertex(mix(middle, at.position, sqrt(1.0 - t)), at.normal, at.uv);
 }
 
-// The vertex of that number, six for each leaf shown.
+// The vertex of that number, four for each leaf shown.
 fn leaf_vertex(number: u32) -> LeafVertex {
     let clusters = shown_leaves[1];
-    let leaf = leaves[shown_leaves[4u + 4u * clusters + number / 6u]];
-    // Two triangles over corners 0 1 2 and 0 2 3.
-    let k = (0x320210u >> (4u * (number % 6u))) & 3u;
+    let leaf = leaves[shown_leaves[4u + 4u * clusters + number / 4u]];
+    let k = number & 3u;
     let level = 4u + 4u * leaf.cluster;
     var vertex = own_corner(leaf, k);
     // Once or not at all: software drivers run both sides of every `if`, but leave out a loop that none of their vertices enters.

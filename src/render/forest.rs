@@ -2,7 +2,7 @@
 //!
 //! Corners of the originals and all leaves of all levels are put onto the device once and are shared by every tree of the species. Each placed
 //! tree has the list of the leaves that it shows and the level of each cluster; when the viewer moves, only what has changed of them is
-//! sent. One draw a tree, of as many vertices as its leaves have corners.
+//! sent. One draw a tree, of four corners a leaf, which its two triangles share.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -29,6 +29,8 @@ pub struct ForestPart {
     forest: Arc<LeafForest>,
     corners: wgpu::Buffer,
     leaves: wgpu::Buffer,
+    /// Two triangles of the four corners of each leaf that is shown: 0 1 2 and 0 2 3.
+    indices: wgpu::Buffer,
     /// Unlike that of any other.
     number: u64,
 }
@@ -50,6 +52,12 @@ impl ForestPart {
             part: store.upload(gpu, &bare.part, (&bare.drawn, &bare.seen), place, textures),
             corners: storage("forest.corners", bytemuck::cast_slice(&corners(&built.part.surface))),
             leaves: storage("forest.leaves", bytemuck::cast_slice(&leaves(forest))),
+            indices: upload_buffer(
+                gpu,
+                "forest.indices",
+                bytemuck::cast_slice(&indices(forest.forest.leaves())),
+                wgpu::BufferUsages::INDEX,
+            ),
             forest: forest.clone(),
             number: UPLOADED.fetch_add(1, Ordering::Relaxed),
         }
@@ -68,6 +76,10 @@ fn corners(surface: &Surface) -> Vec<layout::LeafCorner> {
         }
     };
     (0..surface.mesh.polygon_count() as u32).flat_map(|leaf| foliage::corners(&surface.mesh, leaf).map(corner)).collect()
+}
+
+fn indices(leaves: usize) -> Vec<u32> {
+    (0..leaves as u32).flat_map(|leaf| [0, 1, 2, 0, 2, 3].map(|corner| 4 * leaf + corner)).collect()
 }
 
 /// All leaves of all levels, by [`lodf::Forest::flat`](crate::repr::lodf::Forest::flat).
@@ -259,12 +271,13 @@ impl Drawer for ForestDrawer {
                 let Some((bytes, _)) = tree.placed(part.part.group) else { continue };
                 pass.set_pipeline(self.pipelines.of(&part.part, kind, scene.traits));
                 pass.set_bind_group(1, &part.part.material, &[]);
+                pass.set_index_buffer(part.indices.slice(..), wgpu::IndexFormat::Uint32);
                 for (number, instance) in tree.instances(scene, part.part.group).iter().enumerate() {
                     let Some(placed) = self.placed.get(&key(part, instance)) else { continue };
                     let at = bytes.start + (number * size_of::<layout::Instance>()) as u64;
                     pass.set_vertex_buffer(0, scene.instances.slice(at..at + size_of::<layout::Instance>() as u64));
                     pass.set_bind_group(3, &placed.group, &[]);
-                    pass.draw(0..6 * placed.shown.entries().len() as u32, 0..1);
+                    pass.draw_indexed(0..6 * placed.shown.entries().len() as u32, 0, 0..1);
                 }
             }
         }
