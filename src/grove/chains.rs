@@ -65,7 +65,7 @@ impl Rule {
     /// The bands of a comparison's rows, nearest first. The tree itself is not chosen.
     pub fn bands(&self, rows: &[Row]) -> Vec<Band> {
         // Triangles are what bands are told in; here work is.
-        let weighed = |row: &Row| Row { cost: Cost { triangles: Self::work(row) as usize, ..row.cost }, ..row.clone() };
+        let weighed = |row: &Row| Row { cost: Cost { triangles: Self::work(row).round() as usize, ..row.cost }, ..row.clone() };
         let able: Vec<Row> = rows.iter().filter(|row| row.method != TRUTH && row.failed.is_none()).map(weighed).collect();
         let work = |row: &Row| CostKind::Triangles.of(&row.cost);
         let least = |height_px: f32| able.iter().filter(|row| row.height_px == height_px).map(work).fold(f64::MAX, f64::min);

@@ -9,7 +9,7 @@ use crate::raster::{self, Layer, View};
 /// Where in depth lies what a view shows.
 pub(super) struct Relief<'a> {
     view: &'a View,
-    /// Metres towards the viewer from the origin, smoothed and everywhere.
+    /// Metres towards the viewer from the view's middle, smoothed and everywhere.
     depth: Layer,
 }
 
@@ -21,18 +21,21 @@ const SMOOTHED: usize = 4;
 const TURNED: [f32; 2] = [-0.3, 0.1];
 /// Weight from which on a depth is known well enough not to be filled in from around.
 const KNOWN: f32 = 0.05;
+/// And under which nothing is known.
+const LEFT_BEHIND: f32 = 1e-4;
 
 impl<'a> Relief<'a> {
     pub(super) fn of(view: &'a View, taken: &'a raster::Capture) -> Self {
-        let middle = view.center.dot(view.axes[2]);
         let width = view.width_px as usize;
         let seen = Layer::from_fn(width, view.height_px as usize, |x, y| {
             let at = y * width + x;
             let (depth, covered) = (taken.depth_m[at], f32::from(taken.coverage.as_raw()[at]) / 255.0);
-            if depth.is_finite() { Vec4::new(covered * (middle + depth), 0.0, 0.0, covered) } else { Vec4::ZERO }
+            if depth.is_finite() { Vec4::new(covered * depth, 0.0, 0.0, covered) } else { Vec4::ZERO }
         });
         let mut depth = seen.low_pass(SMOOTHED);
-        depth.texels.iter_mut().for_each(|t| *t = Vec4::new(t.x / t.w.max(1e-6), 0.0, 0.0, (t.w / KNOWN).min(1.0)));
+        // Where nothing is, sums that run along rows leave a little behind.
+        let known = |t: Vec4| if t.w < LEFT_BEHIND { Vec4::ZERO } else { Vec4::new(t.x / t.w, 0.0, 0.0, (t.w / KNOWN).min(1.0)) };
+        depth.texels.iter_mut().for_each(|t| *t = known(*t));
         depth.bleed();
         Self { view, depth }
     }
@@ -52,7 +55,7 @@ impl<'a> Relief<'a> {
             let x = (0.5 + 0.5 * aside.dot(right) / half_size_m.x) * width_px as f32;
             let y = (0.5 - 0.5 * aside.dot(up) / half_size_m.y) * height_px as f32;
             let depth = self.depth.bilinear(x.clamp(0.5, width_px as f32 - 0.5), y.clamp(0.5, height_px as f32 - 0.5)).x;
-            *p + faces * (depth - p.dot(toward)) * toward
+            *p + faces * (depth - aside.dot(toward)) * toward
         };
         PolyMesh { positions: mesh.positions.iter().zip(&normals).map(moved).collect(), ..mesh.clone() }
     }
