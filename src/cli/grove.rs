@@ -245,6 +245,11 @@ fn scene_file(matches: &ArgMatches) -> Result<SceneFile> {
     if let Some(path) = matches.get_one::<PathBuf>("inventory") {
         file.inventory = Some(path.clone());
     }
+    if ["species", "photos"].iter().any(|name| matches.value_source(name).is_some()) {
+        // Not the scene that its title names.
+        let names: Vec<_> = file.species.iter().filter_map(|species| Path::new(&species.source).file_stem()?.to_str()).collect();
+        file.title = format!("A grove of {}", names.join(", "));
+    }
     let text = |name| matches.get_one::<String>(name).cloned();
     file.trees = matches.get_one("trees").copied().unwrap_or(file.trees);
     file.frames = matches.get_one("frames").copied().unwrap_or(file.frames);

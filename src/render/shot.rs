@@ -75,7 +75,7 @@ pub struct Shot {
     pub level_distance: Option<f32>,
     /// Another viewer than the camera for the choice of levels.
     pub level_viewer: Option<LevelViewer>,
-    /// Number of the frame: only [`GrowthKeys::Random`] asks for it.
+    /// Number of the frame: only [`GrowthKeys::Random`](super::GrowthKeys::Random) asks for it.
     pub frame: u32,
 }
 
