@@ -85,6 +85,13 @@ impl Screen {
     fn press(&self, key: &str) {
         self.tell(&["key", key]).unwrap_or_else(|| panic!("xdotool cannot press {key}"));
     }
+
+    /// Long enough that a busy machine draws frames meanwhile: what turns the camera does so as long as it is held.
+    fn hold(&self, key: &str) {
+        self.tell(&["keydown", key]).unwrap_or_else(|| panic!("xdotool cannot press {key}"));
+        std::thread::sleep(Duration::from_millis(500));
+        self.tell(&["keyup", key]).unwrap_or_else(|| panic!("xdotool cannot let {key} go"));
+    }
 }
 
 impl Drop for Screen {
@@ -137,7 +144,11 @@ fn a_window_opens_follows_the_keys_saves_pictures_and_closes() {
     // Each key must change the picture: another side, no light, smooth outline, edges, normals, black behind, on foot.
     let mut before = first;
     for (number, key) in ["Right", "3", "g", "f", "n", "b", "Tab"].into_iter().enumerate() {
-        screen.press(key);
+        if key == "Right" {
+            screen.hold(key)
+        } else {
+            screen.press(key)
+        }
         screen.press("p");
         let after = screenshot(folder.path(), 3 + number);
         assert_ne!(after, before, "{key} changes nothing");
