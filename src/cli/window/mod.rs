@@ -374,6 +374,8 @@ impl<C: Content> ApplicationHandler for App<C> {
                     self.fail(event_loop, error);
                 }
             }
+            // A window that gets the keyboard is told of the keys that are down, and may be told of the same press once more.
+            WindowEvent::KeyboardInput { is_synthetic: true, event: KeyEvent { state: ElementState::Pressed, .. }, .. } => {}
             WindowEvent::KeyboardInput { event, .. } => self.key(event_loop, &event),
             WindowEvent::ModifiersChanged(modifiers) => {
                 self.shift = modifiers.state().shift_key();
