@@ -3,10 +3,10 @@
 
 use sphereboard::Result;
 use sphereboard::grove::SceneFile;
+use sphereboard::grove::against::tree_flip;
 use sphereboard::grove::scene::SpeciesEntry;
 use sphereboard::render::Picture;
 
-use crate::bars::tree_flip;
 use crate::site::{How, Row, Site, grown, keep, renderer};
 
 pub const TREES: [u64; 7] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000];

@@ -1,9 +1,9 @@
 //! The scenes of the bars, as they come with the program.
 
-use image::{DynamicImage, RgbImage, RgbaImage};
 use sphereboard::Result;
+use sphereboard::grove::SceneFile;
+use sphereboard::grove::against::tree_flip;
 use sphereboard::grove::scene::preset;
-use sphereboard::metrics::flip_map;
 
 use crate::site::{How, Row, Site, keep};
 
@@ -51,28 +51,14 @@ pub fn run(job: &str, name: &str, trees: Option<u64>) -> Result<()> {
         let mut whole = Site::open(&file)?;
         rows.push(whole.drive(job, &How::default())?.0);
         let theirs = shares.map(|share| whole.picture(share));
-        let bare = Site::open(&sphereboard::grove::SceneFile { trees: 0, ..file })?;
-        let empty = {
-            let mut bare = bare;
-            shares.map(|share| bare.picture(share))
-        };
+        let mut bare = Site::open(&SceneFile { trees: 0, ..file })?;
         let mut errors = vec![];
-        for ((ours, theirs), empty) in ours.into_iter().zip(theirs).zip(empty) {
-            errors.push(tree_flip(&theirs?.color, &ours?.color, &empty?.color)?);
+        for ((ours, theirs), share) in ours.into_iter().zip(theirs).zip(shares) {
+            errors.push(tree_flip(&theirs?.color, &ours?.color, &bare.picture(share)?.color)?);
         }
         rows[0].flip = errors.iter().sum::<f64>() / errors.len() as f64;
     }
     keep(job, &rows)
-}
-
-/// Mean FLIP over the pixels where either picture shows a tree, which is where it differs from the scene without any.
-pub fn tree_flip(truth: &RgbaImage, test: &RgbaImage, empty: &RgbaImage) -> Result<f64> {
-    let plain = |picture: &RgbaImage| -> RgbImage { DynamicImage::ImageRgba8(picture.clone()).into_rgb8() };
-    let errors = flip_map(&plain(truth), &plain(test))?;
-    let differs = |a: &image::Rgba<u8>, b: &image::Rgba<u8>| (0..3).any(|c| a[c].abs_diff(b[c]) > 3);
-    let tree = truth.pixels().zip(test.pixels()).zip(empty.pixels()).map(|((t, s), e)| differs(t, e) || differs(s, e));
-    let of_trees: Vec<f64> = errors.iter().zip(tree).filter(|(_, tree)| *tree).map(|(error, _)| f64::from(*error)).collect();
-    Ok(of_trees.iter().sum::<f64>() / of_trees.len().max(1) as f64)
 }
 
 /// The bar's row, and those beside it.

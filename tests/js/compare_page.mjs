@@ -1,45 +1,18 @@
 // The report page of a comparison in headless Chromium, from disk: `node compare_page.mjs DIR [SHOTS]`, DIR as `sphereboard compare --out`
 // left it, with two methods at least. Screenshots go to the folder SHOTS. DIR is as before when this ends.
 // Exits 1 when something is wrong, 3 when there is no Chromium.
-import { existsSync, mkdirSync, readFileSync, renameSync, rmSync, writeFileSync } from "node:fs";
+import { readFileSync, renameSync, rmSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
-import { chromium } from "playwright-core";
+import { LOOKS, end, expect, expectQuiet, expectSound, given, keep, launch, open } from "./browser.mjs";
 
-const [folder, shots] = process.argv.slice(2);
-if (!folder) {
-  console.error("expected a comparison's folder, but none was given; usage: node compare_page.mjs DIR [SHOTS]");
-  process.exit(2);
-}
-const candidates = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
-const executablePath = candidates.find((path) => path && existsSync(path));
-if (!executablePath) {
-  console.error("SKIPPED: there is no Chromium; install Debian's package chromium, or name another with CHROMIUM=path");
-  process.exit(3);
-}
+const [folder, shots] = given("compare_page.mjs DIR [SHOTS]");
+const browser = await launch();
 const data = JSON.parse(readFileSync(join(folder, "report.json"), "utf8"));
 const address = pathToFileURL(join(resolve(folder), "report.html")).href;
 
-let faults = 0;
-function expect(holds, what) {
-  console.log(`${holds ? "ok" : "WRONG"}: ${what}`);
-  if (!holds) faults += 1;
-}
-
-/** Opens the page and hears everything that it complains of or asks for. */
-async function open(browser, options, at = address) {
-  const page = await (await browser.newContext(options)).newPage();
-  const heard = { complaints: [], foreign: [] };
-  page.on("pageerror", (error) => heard.complaints.push(error.message));
-  page.on("console", (message) => ["error", "warning"].includes(message.type()) && heard.complaints.push(message.text()));
-  page.on("request", (request) => /^(file|data):/.test(request.url()) || heard.foreign.push(request.url()));
-  await page.goto(at);
-  await page.waitForLoadState("load");
-  return { page, heard };
-}
-
-async function whole(browser) {
-  const { page, heard } = await open(browser, { viewport: { width: 1280, height: 900 } });
+async function whole() {
+  const { page, heard } = await open(browser, address);
   const compared = data.methods.filter((run) => run.rows.length > 0);
   expect((await page.locator("#pareto-plots svg").count()) === 2 * data.identity.plan.heights_px.length, "plots of error against bytes and milliseconds for each distance");
   const names = await page.locator("#costs-table tbody th").allTextContents();
@@ -111,16 +84,15 @@ async function whole(browser) {
   const pressed = await chip.getAttribute("aria-pressed");
   await chip.click();
   expect((await chip.getAttribute("aria-pressed")) !== pressed, "a method takes a colour or loses it");
-  expect(heard.complaints.length === 0, `nothing is complained of ${heard.complaints.join("; ")}`);
-  expect(heard.foreign.length === 0, `nothing is fetched ${heard.foreign.join(" ")}`);
+  expectQuiet(heard, "the whole page");
 }
 
-async function withoutPicture(browser) {
+async function withoutPicture() {
   const { method } = data.methods.find((run) => run.rows.length > 0 && run.method !== data.truth);
   const [gone, kept] = ["", ".away"].map((end) => join(folder, "pictures", method, data.pictures[0].file + end));
   renameSync(gone, kept);
   try {
-    const { page, heard } = await open(browser, { viewport: { width: 1280, height: 900 } });
+    const { page, heard } = await open(browser, address);
     const { elevation_deg, height_px, sun } = data.pictures[0];
     await page.locator("#pick-elevation").selectOption(String(elevation_deg));
     await page.locator("#pick-height").selectOption(String(height_px));
@@ -139,7 +111,7 @@ async function withoutPicture(browser) {
 }
 
 /** A method that failed at a distance: told in its row, no point of any plot. */
-async function withFailure(browser) {
+async function withFailure() {
   const beside = join(resolve(folder), "report-failed.html");
   const failed = structuredClone(data);
   const run = failed.methods.find((other) => other.rows.length > 0 && other.method !== data.truth);
@@ -152,7 +124,7 @@ async function withFailure(browser) {
   const text = JSON.stringify(failed).replaceAll("<", "\\u003c");
   writeFileSync(beside, `${begin}<script type="application/json" id="data">${text}${rest.slice(rest.indexOf(mark))}`);
   try {
-    const { page: shown, heard } = await open(browser, { viewport: { width: 1280, height: 900 } }, pathToFileURL(beside).href);
+    const { page: shown, heard } = await open(browser, pathToFileURL(beside).href);
     await shown.locator("#costs-height").selectOption(String(row.height_px));
     for (const table of ["costs-table", "errors-table"]) {
       const line = shown.locator(`#${table} tbody tr`, { hasText: words });
@@ -160,34 +132,23 @@ async function withFailure(browser) {
       expect((await shown.locator(`#${table} tbody tr`).last().textContent()).includes(words), `${table}: and comes last`);
     }
     expect((await shown.locator("#refused-list").textContent()).includes(words), "a failure is listed");
-    expect(heard.complaints.length === 0, `nothing is complained of ${heard.complaints.join("; ")}`);
+    expectQuiet(heard, "a failure");
   } finally {
     rmSync(beside);
   }
 }
 
 /** Nothing is wider than the screen, in any dress; screenshots are to be looked at. */
-async function dresses(browser) {
-  for (const [name, width, colorScheme] of [["desktop", 1280, "light"], ["dark", 1280, "dark"], ["phone", 390, "light"]]) {
-    const { page } = await open(browser, { viewport: { width, height: 900 }, colorScheme });
-    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
-    expect(wide <= width, `${name}: the page is ${wide} px wide on a screen of ${width} px`);
-    if (!shots) continue;
-    mkdirSync(shots, { recursive: true });
-    for (const image of await page.locator("#sheet-table img, #motion-strips img").all()) await image.evaluate((made) => (made.loading = "eager"));
-    await page.waitForTimeout(500);
-    await page.screenshot({ path: join(shots, `${name}.png`), fullPage: true });
-    if (name === "desktop") await page.pdf({ path: join(shots, "print.pdf"), format: "A4" });
+async function dresses() {
+  for (const name of ["desktop", "dark", "phone"]) {
+    const { page } = await open(browser, address, LOOKS[name]);
+    await expectSound(page, name);
+    await keep(page, shots, name, name === "desktop" && "print");
   }
 }
 
-const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
-try {
-  await whole(browser);
-  await withoutPicture(browser);
-  await withFailure(browser);
-  await dresses(browser);
-} finally {
-  await browser.close();
-}
-process.exit(faults > 0 ? 1 : 0);
+await whole();
+await withoutPicture();
+await withFailure();
+await dresses();
+await end(browser);

@@ -4,20 +4,9 @@
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname, extname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
-import { chromium } from "playwright-core";
+import { end, expect, given, launch } from "./browser.mjs";
 
-const [list] = process.argv.slice(2);
-if (!list) {
-  console.error("expected a list of shots, but none was given; usage: node draw_glb.mjs SHOTS.json");
-  process.exit(2);
-}
-const candidates = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
-const executablePath = candidates.find((path) => path && existsSync(path));
-if (!executablePath) {
-  console.error("SKIPPED: there is no Chromium; install Debian's package chromium, or name another with CHROMIUM=path");
-  process.exit(3);
-}
-
+const [list] = given("draw_glb.mjs SHOTS.json");
 // Nothing is fetched: what the page asks of this name comes from node_modules and from the folder of the shots.
 const origin = "http://shots.invalid";
 const folder = dirname(resolve(list));
@@ -47,36 +36,27 @@ window.draw = async (url, { size_px: [width, height], target, distance_m, fov_de
 window.ready = true;
 </script>`;
 
-const browser = await chromium.launch({
-  executablePath,
-  args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"],
-});
-let faults = 0;
-try {
-  for (const shot of JSON.parse(readFileSync(list, "utf8")).shots) {
-    // A page of its own for each: nothing is left of the one before.
-    const page = await browser.newPage();
-    page.on("pageerror", (error) => console.error(`${shot.name}: ${error.message}`));
-    await page.route("**/*", (route) => {
-      const path = decodeURIComponent(new URL(route.request().url()).pathname);
-      if (path === "/") return route.fulfill({ contentType: types[".html"], body: page_html });
-      const file = path.startsWith("/three/") ? join(three, path.slice(7)) : join(folder, path.slice(1));
-      if (!existsSync(file)) return route.fulfill({ status: 404 });
-      return route.fulfill({ contentType: types[extname(file)] ?? "application/octet-stream", body: readFileSync(file) });
-    });
-    try {
-      await page.goto(`${origin}/`);
-      await page.waitForFunction(() => window.ready, undefined, { timeout: 60_000 });
-      const { picture, triangles } = await page.evaluate(([url, shot]) => window.draw(url, shot), [`${origin}/${shot.name}.glb`, shot]);
-      writeFileSync(join(folder, `${shot.name}.three.png`), Buffer.from(picture.split(",")[1], "base64"));
-      console.log(`${shot.name}: ${triangles} triangles drawn by three.js`);
-    } catch (error) {
-      console.error(`${shot.name}: three.js could not draw it: ${error.message ?? error}`);
-      faults += 1;
-    }
-    await page.close();
+const browser = await launch(["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]);
+for (const shot of JSON.parse(readFileSync(list, "utf8")).shots) {
+  // A page of its own for each: nothing is left of the one before.
+  const page = await browser.newPage();
+  page.on("pageerror", (error) => console.error(`${shot.name}: ${error.message}`));
+  await page.route("**/*", (route) => {
+    const path = decodeURIComponent(new URL(route.request().url()).pathname);
+    if (path === "/") return route.fulfill({ contentType: types[".html"], body: page_html });
+    const file = path.startsWith("/three/") ? join(three, path.slice(7)) : join(folder, path.slice(1));
+    if (!existsSync(file)) return route.fulfill({ status: 404 });
+    return route.fulfill({ contentType: types[extname(file)] ?? "application/octet-stream", body: readFileSync(file) });
+  });
+  try {
+    await page.goto(`${origin}/`);
+    await page.waitForFunction(() => window.ready, undefined, { timeout: 60_000 });
+    const { picture, triangles } = await page.evaluate(([url, shot]) => window.draw(url, shot), [`${origin}/${shot.name}.glb`, shot]);
+    writeFileSync(join(folder, `${shot.name}.three.png`), Buffer.from(picture.split(",")[1], "base64"));
+    console.log(`${shot.name}: ${triangles} triangles drawn by three.js`);
+  } catch (error) {
+    expect(false, `${shot.name}: three.js could not draw it: ${error.message ?? error}`);
   }
-} finally {
-  await browser.close();
+  await page.close();
 }
-process.exit(faults > 0 ? 1 : 0);
+await end(browser);
