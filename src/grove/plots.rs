@@ -64,6 +64,8 @@ pub struct Drawing {
 
 /// Places are whole numbers of this share of a unit of the drawing.
 const FINE: u32 = 4;
+/// Height of the letters of a dot's name.
+const NAME: i32 = 13;
 /// Columns and rows of a drawing.
 const SIZE: [u32; 2] = [760, 380];
 /// The page's colours, light, by the names of its style.
@@ -207,10 +209,6 @@ impl Chart {
                         let dots = points.iter().map(|at| Circle::new(*at, 3 * fine, self.color(curve).filled()));
                         chart.draw_series(dots).map_err(internal)?;
                     }
-                    if points.len() == 1 {
-                        let name = Text::new(self.curves[curve].name.clone(), (6 * fine, -6 * fine), font(13, &SOFT));
-                        chart.draw_series([EmptyElement::at(first) + name]).map_err(internal)?;
-                    }
                     let [dash, gap] = self.dashes(curve).map(|length| length * fine);
                     if gap == 0 {
                         chart.draw_series(LineSeries::new(points, style(2))).map_err(internal)?;
@@ -224,6 +222,14 @@ impl Chart {
                     chart.draw_series(dashes).map_err(internal)?;
                 }
             }
+        }
+        let alone = |curve: &usize| self.curves[*curve].drawn == Drawn::Line && self.points(*curve).len() == 1;
+        let named: Vec<usize> = (0..self.curves.len()).filter(alone).collect();
+        let at = |curve: &usize| chart.backend_coord(&self.points(*curve)[0].into());
+        let dots: Vec<(i32, i32)> = named.iter().map(at).map(|(x, y)| (x / fine, y / fine)).collect();
+        let names: Vec<&str> = named.iter().map(|curve| &*self.curves[*curve].name).collect();
+        for (name, (x, y)) in names.iter().zip(places_of_names(&dots, &names)) {
+            root.draw(&Text::new(name.to_string(), (x * fine, y * fine), font(NAME, &SOFT))).map_err(internal)?;
         }
         let (across, up) = chart.plotting_area().get_pixel_range();
         let share = |at: i32, side: usize| f64::from(at) / f64::from(SIZE[side] * FINE);
@@ -278,6 +284,30 @@ impl Chart {
     }
 }
 
+/// Top left corners of names beside their dots: right of them, or wherever else there is room nearest to that.
+fn places_of_names(dots: &[(i32, i32)], names: &[&str]) -> Vec<(i32, i32)> {
+    let meet = |a: [i32; 4], b: [i32; 4]| a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
+    let mut taken: Vec<[i32; 4]> = dots.iter().map(|(x, y)| [x - 3, y - 3, x + 3, y + 3]).collect();
+    let mut places = vec![];
+    for ((x, y), name) in dots.iter().zip(names) {
+        // As wide as letters are that are wider than most.
+        let (width, height) = (name.chars().count() as i32 * NAME * 11 / 20, NAME);
+        let beside = [x + 6, x - 6 - width].map(|left| (left, y - 6));
+        let above_and_below = (1..8)
+            .flat_map(|step| [-1, 1].map(|way| way * step * height / 2))
+            .flat_map(|off| [x + 6, x - width / 2, x - 6 - width].map(|left| (left, y - 6 + off)));
+        let bounds = |(left, top): (i32, i32)| [left, top, left + width, top + height];
+        let is_free = |place: &(i32, i32)| {
+            let [left, _, right, _] = bounds(*place);
+            left >= 0 && right <= SIZE[0] as i32 && !taken.iter().any(|other| meet(bounds(*place), *other))
+        };
+        let place = beside.into_iter().chain(above_and_below).find(is_free).unwrap_or(beside[0]);
+        taken.push(bounds(place));
+        places.push(place);
+    }
+    places
+}
+
 /// A number on an axis: 1,200 as 1.2k.
 fn short(value: f64) -> String {
     let (value, unit) = match value.abs() {
@@ -312,6 +342,19 @@ mod tests {
         assert_eq!(chart.points(2), [[0.0, 4.0], [1.0, 8.0]]);
         assert_eq!(chart.points(1), [[0.0, 9.0]]);
         assert_eq!(chart.range(0), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn names_of_dots_that_lie_together_do_not_cover_each_other() {
+        let names = ["sphere-board", "grid-slices", "csg", "billboard", "octahedral", "lodf"];
+        let dots: Vec<(i32, i32)> = (0..6).map(|i| (500 + 4 * i, 200 + 3 * (i % 2))).collect();
+        let places = places_of_names(&dots, &names);
+        assert_eq!(places_of_names(&[(500, 200)], &["csg"]), [(506, 194)], "to the right where nothing is in the way");
+        let bounds: Vec<[i32; 4]> =
+            places.iter().zip(names).map(|((x, y), name)| [*x, *y, x + 7 * name.len() as i32, y + NAME]).collect();
+        for (i, a) in bounds.iter().enumerate() {
+            assert!(bounds[..i].iter().all(|b| a[0] >= b[2] || b[0] >= a[2] || a[1] >= b[3] || b[1] >= a[3]), "{}", names[i]);
+        }
     }
 
     #[test]
