@@ -1,4 +1,5 @@
-//! Which stand-in for which distance: the cheapest whose error stays under a limit, and the chain of levels that follows.
+//! Which stand-in for which distance: the cheapest whose error stays under a limit, and the chain of levels that follows. Where none stays
+//! under it, at least nothing is drawn that something cheaper and no worse could stand for.
 
 use serde::{Deserialize, Serialize};
 
@@ -37,11 +38,15 @@ pub struct Band {
     pub height_px: f32,
     /// From how far on, in tree heights as `repr::Seen` has them: half way, by ratio, to the nearer band.
     pub from_distance: f32,
-    /// Method of the cheapest that is good enough; `None` when none is.
+    /// Method of the cheapest that is good enough; where none is, of the cheapest that is no worse there than what stands before it, and
+    /// `None` where nothing does.
     pub method: Option<String>,
     /// Its level; `None` for the one that it draws there itself.
     pub level: Option<String>,
-    /// Its mean FLIP there, or that of the best when none is good enough.
+    /// Whether it is good enough.
+    #[serde(default)]
+    pub good: bool,
+    /// Its mean FLIP there, or that of the best where there is no method.
     pub flip: f64,
     /// Its cost.
     pub cost: f64,
@@ -54,22 +59,29 @@ pub fn bands(rows: &[Row], max_flip: f64, kind: CostKind) -> Vec<Band> {
     let mut heights: Vec<f32> = rows.iter().map(|row| row.height_px).collect();
     heights.sort_by(|a, b| b.total_cmp(a));
     heights.dedup();
-    let band = |(i, &height_px): (usize, &f32)| {
+    let mut bands: Vec<Band> = vec![];
+    let mut before: Option<&Row> = None;
+    for (i, &height_px) in heights.iter().enumerate() {
         let here = || rows.iter().filter(move |row| row.height_px == height_px && row.failed.is_none());
         let order = |a: &&Row, b: &&Row| kind.of(&a.cost).total_cmp(&kind.of(&b.cost)).then(a.error.flip.total_cmp(&b.error.flip));
-        let chosen = here().filter(|row| row.error.flip <= max_flip).min_by(order);
+        let cheapest = |most: f64| here().filter(|row| row.error.flip <= most).min_by(order);
+        let good = cheapest(max_flip);
+        let kept = before.and_then(|old| here().find(|row| (&row.method, &row.level) == (&old.method, &old.level)));
+        let chosen = good.or_else(|| cheapest(kept?.error.flip));
         let best = here().filter(|row| row.method != super::TRUTH).min_by(|a, b| a.error.flip.total_cmp(&b.error.flip));
-        Band {
+        before = chosen.or(before);
+        bands.push(Band {
             height_px,
             from_distance: if i == 0 { 0.0 } else { REFERENCE_FOCAL_PX / (heights[i - 1] * height_px).sqrt() },
             method: chosen.map(|row| row.method.clone()),
             level: chosen.and_then(|row| row.level.clone()),
+            good: good.is_some(),
             flip: chosen.or(best).map_or(1.0, |row| row.error.flip),
             cost: chosen.map_or(0.0, |row| kind.of(&row.cost)),
             best: best.map(|row| (row.method.clone(), row.error.flip)),
-        }
-    };
-    heights.iter().enumerate().map(band).collect()
+        });
+    }
+    bands
 }
 
 /// The chain of stand-ins that a comparison recommends, nearest first: what to draw at which distance. `report.json` holds it as `chain`.
@@ -185,6 +197,28 @@ mod tests {
             ("slices", "billboard")
         );
         assert!(super::bands(&rows[1..3], 0.01, CostKind::Ms)[0].method.is_none());
+    }
+
+    #[test]
+    fn where_none_is_good_enough_something_cheaper_and_no_worse_takes_over_or_what_was_there_stays() {
+        let rows = [
+            row("geometry", 256.0, 0.05, 50.0),
+            row("billboard", 256.0, 0.24, 0.1),
+            row("geometry", 64.0, 0.18, 20.0),
+            row("sphere-board", 64.0, 0.12, 0.6),
+            row("octahedral", 64.0, 0.11, 2.0),
+            row("billboard", 64.0, 0.24, 0.1),
+            row("sphere-board", 16.0, 0.13, 0.5),
+            row("octahedral", 16.0, 0.1, 1.9),
+            row("billboard", 16.0, 0.14, 0.1),
+        ];
+        let bands = bands(&rows, 0.08, CostKind::Ms);
+        let told: Vec<_> = bands.iter().map(|band| (band.method.as_deref().unwrap(), band.good)).collect();
+        assert_eq!(told, [("geometry", true), ("sphere-board", false), ("sphere-board", false)]);
+        assert_eq!((bands[1].flip, bands[1].best.clone().unwrap().1), (0.12, 0.11));
+        let far = super::bands(&rows[2..], 0.08, CostKind::Ms);
+        assert!(far.iter().all(|band| band.method.is_none() && !band.good), "nothing stands before it");
+        assert_eq!(far[1].flip, 0.1, "what the best has");
     }
 
     #[test]

@@ -72,7 +72,7 @@ impl Rule {
         let fits = |row: &&Row| work(row) <= self.most_work(row.height_px).max(least(row.height_px));
         let light: Vec<Row> = able.iter().filter(fits).cloned().collect();
         let mut bands = answer::bands(&light, self.max_flip, CostKind::Triangles);
-        for band in bands.iter_mut().filter(|band| band.method.is_none()) {
+        for band in bands.iter_mut().filter(|band| !band.good) {
             let here = light.iter().filter(|row| row.height_px == band.height_px);
             let Some(best) = here.min_by(|a, b| a.error.flip.total_cmp(&b.error.flip)) else { continue };
             (band.method, band.level) = (Some(best.method.clone()), best.level.clone());

@@ -29,15 +29,15 @@ function startAnswer() {
   byId("answer-lead").textContent = links.length === 0
     ? `No method stays under a mean FLIP of ${data.max_flip} at any distance.`
     : links.length === 1
-      ? `Draw ${chainText[0]}${bands.every((band) => band.method) ? " at every distance" : ""}: the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`
+      ? `Draw ${chainText[0]}${bands.every((band) => band.good) ? " at every distance" : ""}: the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`
       : `Draw ${chainText[0]} first, then ${chainText.slice(1).join(", then ")}: at each distance the cheapest in ${cost.short} under a mean FLIP of ${data.max_flip}.`;
-  const without = bands.filter((band) => !band.method);
+  const without = bands.filter((band) => !band.good);
   if (links.length > 0 && without.length > 0) {
     byId("answer-lead").textContent += ` Where the tree is ${listed(without.map((band) => `${whole(band.height_px)} px`))} high nothing stays under that error, ` +
-      "not even the tree itself with one sample for each pixel; the chain keeps there what stands before it.";
+      "not even the tree itself with one sample for each pixel; the chain goes on there with the cheapest that is no worse than what stands before it.";
   }
   if (without.length > 0) {
-    const needed = Math.ceil(100 * Math.max(...without.map((band) => band.flip))) / 100;
+    const needed = Math.ceil(100 * Math.max(...without.map((band) => (band.best ? band.best[1] : band.flip)))) / 100;
     if (needed < 1) byId("answer-lead").textContent += ` With --max-flip ${needed} there would be an answer at every distance.`;
   }
   if (links.length === 1 && links[0].method === data.truth) byId("answer-lead").textContent += " No stand-in within that error is cheaper.";
@@ -47,15 +47,16 @@ function startAnswer() {
     const size = from === 0 ? (until ? `taller than ${whole(data.focal_px / until)} px` : "") : `${whole(data.focal_px / from)} px high${until ? ` down to ${whole(data.focal_px / until)} px` : " and less"}`;
     return element("li", {}, element("b", {}, methodName(method, level)), element("span", {}, range), element("span", {}, size));
   }));
+  const bandText = ({ method, level, good }) => [...(good ? [] : [`none under ${data.max_flip}`]), ...(method ? [methodName(method, level)] : [])].join("; ");
   const bandColumns = [
     { name: "Tree on screen", value: (band) => `${whole(band.height_px)} px` },
-    { name: "Cheapest good enough", text: true, value: (band) => (band.method ? methodName(band.method, band.level) : `none under ${data.max_flip}`), id: "method" },
+    { name: "Cheapest good enough", text: true, value: bandText, id: "method" },
     { name: "FLIP", value: (band) => (band.method ? fixed(3)(band.flip) : "–") },
     { name: "Cost", value: (band) => (band.method ? cost.show(band.cost) : "–") },
     { name: "Least error, at any cost", text: true, value: (band) => (band.best ? `${band.best[0]}, ${fixed(3)(band.best[1])}` : "–") },
     { name: "Distance", unit: "tree heights", value: (band) => away(treeHeights(band.height_px)) },
   ];
-  byId("bands").replaceChildren(plainTable("By distance", bandColumns, bands, (column, band) => (column.id === "method" ? (band.method ? "text good" : "text none") : null)));
+  byId("bands").replaceChildren(plainTable("By distance", bandColumns, bands, (column, band) => (column.id === "method" ? (band.good ? "text good" : "text none") : null)));
   byId("answer-how").textContent =
     `FLIP is what a person notices who flickers between the picture and the truth, 0 to 1, here the mean over all views and suns at ${digits(data.pixels_per_degree)} pixels per degree, ` +
     `over a bright and a dark background. The tree itself counts as a method too; its own error is that of one sample for each pixel. Cost is counted by ${cost.name.toLowerCase()}; times were taken on ${data.identity.adapter}. ` +
