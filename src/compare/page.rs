@@ -15,7 +15,7 @@ use minijinja::context;
 use serde::Serialize;
 
 use crate::metrics::{FRAMES_PER_SECOND, PIXELS_PER_DEGREE};
-use crate::page::{self, safe};
+use crate::page::{self, Page};
 use crate::repr::REFERENCE_FOCAL_PX;
 use crate::{Result, files};
 
@@ -25,7 +25,7 @@ use super::{BACKGROUNDS, Budget, COLUMNS, Column, Comparison, Identity, MethodRu
 use digest::{Loss, OfElevation, Picture};
 
 /// Words and places of the page; everything else is drawn by its scripts from the data.
-const TEMPLATE: &str = include_str!("page/report.html");
+const BODY: &str = include_str!("page/report.html");
 const STYLE: &str = include_str!("page/compare.css");
 /// One script after the other, in one scope with those of all pages.
 const SCRIPT: &str = concat!(
@@ -134,8 +134,8 @@ fn data(comparison: &Comparison, identity: &Identity, asked: Asked) -> Result<St
 }
 
 fn html(source: &str, json: &str) -> Result<String> {
-    let (style, script) = ([page::STYLE, STYLE].concat(), [page::SCRIPT, SCRIPT].concat());
-    page::render(TEMPLATE, context! { source, style => safe(style), script => safe(script), data => safe(json) })
+    let title = format!("{source}: stand-ins compared");
+    Page { title: &title, body: BODY, style: STYLE, script: Some((SCRIPT, json)) }.render(context! { source })
 }
 
 /// A line per picture, then one per film: that of a walk round the tree has its flicker for a change, that of a walk away its popping.

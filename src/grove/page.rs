@@ -8,7 +8,7 @@ use minijinja::{Value, context};
 use serde::Serialize;
 use serde_json::json;
 
-use crate::page::{self, grouped, safe};
+use crate::page::{self, Page, grouped, safe};
 use crate::params::{ParamSet, ParamSpec};
 use crate::render::CullParams;
 use crate::{Error, Result, files};
@@ -22,7 +22,7 @@ use super::scene::StageParams;
 use super::terrain::TerrainParams;
 use super::trail::FollowParams;
 
-const TEMPLATE: &str = include_str!("page/grove.html");
+const BODY: &str = include_str!("page/grove.html");
 const STYLE: &str = include_str!("page/grove.css");
 const SCRIPT: &str = include_str!("page/grove.js");
 
@@ -200,22 +200,19 @@ fn html(
         context! { name, median => format!("{median:.2}"), most => format!("{most:.2}"), share => format!("{share:.0} %") }
     });
     let parameters = groups(&summary.parameters);
-    page::render(
-        TEMPLATE,
-        context! {
-            summary => Value::from(Serde(summary)),
-            trees => grouped(summary.trees),
-            facts => facts(summary),
-            passes => passes.collect::<Vec<_>>(),
-            plots => plots.iter().map(plot).collect::<Vec<_>>(),
-            pictures => pictures.iter().map(picture).collect::<Vec<_>>(),
-            video => video.map(|video| Value::from(Serde(video))),
-            parameters,
-            style => safe([page::STYLE, STYLE].concat()),
-            script => safe([page::SCRIPT, SCRIPT].concat()),
-            data => safe(data),
-        },
-    )
+    let title = if summary.title.is_empty() { "A grove" } else { &summary.title };
+    let tab = format!("{title}: what a frame costs");
+    Page { title: &tab, body: BODY, style: STYLE, script: Some((SCRIPT, &data)) }.render(context! {
+        title,
+        summary => Value::from(Serde(summary)),
+        trees => grouped(summary.trees),
+        facts => facts(summary),
+        passes => passes.collect::<Vec<_>>(),
+        plots => plots.iter().map(plot).collect::<Vec<_>>(),
+        pictures => pictures.iter().map(picture).collect::<Vec<_>>(),
+        video => video.map(|video| Value::from(Serde(video))),
+        parameters,
+    })
 }
 
 /// Moments in numbers, for the marks that follow one: each column's name, how it is shown, and its values.

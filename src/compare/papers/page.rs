@@ -7,12 +7,12 @@ use minijinja::{Value, context};
 use serde::Serialize;
 
 use crate::model::About;
-use crate::page::{self, safe};
+use crate::page::{Page, safe};
 use crate::{Error, Result, files};
 
 use super::{Bench, Chart, Request, Shown};
 
-const TEMPLATE: &str = include_str!("papers.html");
+const BODY: &str = include_str!("papers.html");
 /// What only this page has.
 const STYLE: &str = include_str!("papers.css");
 
@@ -43,9 +43,9 @@ fn html(data: &Data) -> Result<String> {
     let drawing = |chart: &Chart| context! { chart => Value::from(Serde(chart)), svg => safe(chart.svg()) };
     let charts = |shown: &Shown| -> Vec<Value> { shown.ours.charts.iter().map(drawing).collect() };
     let drawn: Vec<Vec<Value>> = data.exhibits.iter().map(charts).collect();
-    let style = safe([page::STYLE, STYLE].concat());
+    let title = format!("{}: the papers redrawn", data.source);
     let data = Value::from(Serde(data));
-    page::render(TEMPLATE, context! { data, drawn, style })
+    Page { title: &title, body: BODY, style: STYLE, script: None }.render(context! { data, drawn })
 }
 
 fn internal(cause: impl std::fmt::Display) -> Error {
