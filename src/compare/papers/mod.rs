@@ -1,5 +1,5 @@
 //! The figures and tables of the five papers, redrawn on our trees (`compare --profile papers`): each beside what the paper prints, with a
-//! sentence on where and why we differ.
+//! sentence on what was found, from the figures themselves, and one on why we differ.
 //!
 //! ```text
 //! EXHIBITS ── Exhibit::ours(&mut Bench) ──▶ Ours { tables, pictures, charts } ──▶ papers.html, papers.json, papers/*.png
@@ -43,7 +43,7 @@ pub struct Exhibit {
     pub theirs: Printed,
     /// What we have.
     pub ours: fn(&mut Bench) -> Result<Ours>,
-    /// Where and why we differ.
+    /// Why we differ, whatever the tree; what is found on it is in [`Ours`].
     pub differs: &'static str,
 }
 
@@ -118,6 +118,13 @@ pub struct Ours {
     pub columns: usize,
     /// Curves.
     pub charts: Vec<Chart>,
+    /// What these figures say, in a sentence with the numbers that it rests on.
+    pub found: String,
+}
+
+/// How many times as much the one is as the other, in digits.
+fn times(one: f64, other: f64) -> String {
+    if other > 0.0 { format!("{:.2}", one / other) } else { "?".to_owned() }
 }
 
 /// Every figure and table that is redrawn, paper by paper.
