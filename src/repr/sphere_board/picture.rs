@@ -21,6 +21,9 @@ const CLOSING: f32 = 0.012;
 /// Covered part of a pixel from which it counts as leaf while the crown is looked for.
 const COVERED: u8 = 64;
 
+/// What a side may have more than whole pixels without getting another: rounding would decide.
+const WHOLE: f32 = 1e-2;
+
 /// One photograph.
 #[derive(Debug, Clone)]
 pub(in crate::repr) struct Picture {
@@ -93,7 +96,7 @@ impl Scale {
     /// The view along `axes` that shows `window` and some way round it.
     fn view(self, axes: [Vec3; 3], window: Bounds) -> View {
         let margin_px = 2 * u32::from(self.closing_px()) + 4;
-        let px = |metres: f32| ((metres / self.metres_per_px).ceil() as u32).min(4 * self.longest_px) + margin_px;
+        let px = |metres: f32| ((metres / self.metres_per_px - WHOLE).ceil() as u32).min(4 * self.longest_px) + margin_px;
         let middle = window.center();
         let (width_px, height_px) = (px(window.size().x), px(window.size().y));
         View {

@@ -42,18 +42,23 @@ const FINER: u32 = 3;
 /// A texel of the normals has so many of the picture along each side. Shading by single leaves would be lighter the farther away they are, as
 /// normals that point everywhere average to one that points up.
 const NORMALS: u32 = 2;
-/// How far the surfaces stand out beyond the clusters' outlines, of the tree's longest side: pictures end at alpha, not at the surface. The
-/// one seen from above stands out farther, since clusters are found on what is seen from the side.
+/// How far the surfaces stand out beyond the clusters' outlines, of the tree's longest side or of so many times its width, if that is less:
+/// pictures end at alpha, not at the surface. The one seen from above stands out farther, since clusters are found on what is seen from the
+/// side.
 const OUTSET: f64 = 0.06;
-const OUTSET_ABOVE: f64 = 0.08;
+const OUTSET_ABOVE: f64 = 0.16;
+const WIDTHS: f32 = 1.8;
 /// Texels of the picture from above along each side of one of another picture: it serves for the largest share of what is seen by one who
 /// looks down on a landscape, and costs little.
 const FINER_ABOVE: f32 = 1.5;
 /// Times the alpha that keeps the covered area at the alpha test. Seen between two sizes of a picture, and from between two views, less of it is
 /// there; with this much, what is there is the true tree's within a few percent (`examples/sphere_score`).
 const FULLER: f32 = 1.1;
-/// Empty texels round each picture: what lies beyond it is not there.
-const MARGIN: f32 = 2.0;
+/// Empty texels round each picture, and round the finer one from above: what lies beyond is not there.
+const MARGIN: f32 = 3.0;
+const MARGIN_ABOVE: f32 = 2.0;
+/// What a side may have more than whole texels without getting another: rounding would decide.
+const WHOLE: f32 = 1e-3;
 
 /// The parts of the level; empty where nothing is seen of the tree.
 pub(super) fn parts(
@@ -63,18 +68,20 @@ pub(super) fn parts(
     bounds: Bounds,
     params: &SphereBoardParams,
 ) -> Result<Vec<BuiltPart>> {
-    let longest_m = bounds.size().max_element();
-    let surface = |outset: f64| surface(job, hulls, wood, outset * f64::from(longest_m), params);
+    let size = bounds.size();
+    let longest_m = size.max_element();
+    let broad_m = longest_m.min(WIDTHS * size.x.midpoint(size.z));
+    let surface = |outset: f64| surface(job, hulls, wood, outset * f64::from(broad_m), params);
     let (aside, above) = rayon::join(|| surface(OUTSET), || surface(OUTSET_ABOVE));
     let (aside, above) = (aside?, above?);
     let (mut cards, mut facings) = (vec![], vec![]);
     for (axes, facing) in stands(params.looks) {
-        let texels = params.look_px as f32 * if is_above(axes) { FINER_ABOVE } else { 1.0 };
-        let texel_m = longest_m / texels;
+        let (finer, margin) = if is_above(axes) { (FINER_ABOVE, MARGIN_ABOVE) } else { (1.0, MARGIN) };
+        let texel_m = longest_m / (finer * params.look_px as f32);
         let Some(window) = window_around(job.source.points(job.scope), axes) else { continue };
-        let wide = Vec3::new(MARGIN * texel_m, MARGIN * texel_m, 0.0);
+        let wide = Vec3::new(margin * texel_m, margin * texel_m, 0.0);
         let window = Bounds { min: window.min - wide, max: window.max + wide };
-        let size_px = [window.size().x, window.size().y].map(|side| ((side / texel_m).ceil() as u32).max(4));
+        let size_px = [window.size().x, window.size().y].map(|side| ((side / texel_m - WHOLE).ceil() as u32).max(4));
         cards.push(Card { name: format!("look_{}", cards.len()), axes, window, plane: 0.0, size_px });
         facings.push(facing);
     }
@@ -109,8 +116,9 @@ fn is_above(axes: [Vec3; 3]) -> bool {
     axes[2].y > 0.999
 }
 
-/// The closed surfaces that carry the pictures: crowns, and wood.
-fn surface(job: &Job, hulls: &[Hull], wood: Option<&Part>, outset_m: f64, params: &SphereBoardParams) -> Result<PolyMesh> {
+/// The closed surfaces that carry the pictures: crowns, and wood. A crown's normals are those of the ellipsoid in its box: which of two
+/// diagonals parts a quad of it is up to rounding, and so would be normals that are taken from its triangles.
+fn surface(job: &Job, hulls: &[Hull], wood: Option<&Part>, outset_m: f64, params: &SphereBoardParams) -> Result<Surface> {
     let outset = |mut hull: Hull| {
         hull.inset(-outset_m);
         hull
@@ -118,12 +126,23 @@ fn surface(job: &Job, hulls: &[Hull], wood: Option<&Part>, outset_m: f64, params
     let hulls: Vec<Hull> = hulls.iter().cloned().map(outset).collect();
     let smooth = CrownParams { disturb: 0.0, ..CrownParams::default() };
     let crowns = crown::surfaces(&hulls, params.look_polygons as usize, &smooth, job.seed)?;
-    let meshes = crowns.into_iter().map(|crown| crown.mesh).chain(wood.map(|wood| wood.surface.mesh.clone()));
-    let all = meshes.fold(Surface::default(), |mut all, mesh| {
-        all.append(Surface { mesh, ..Surface::default() });
-        all
+    let crowns =
+        crowns.into_iter().map(|crown| Surface { normals: of_ellipsoid(&crown.mesh), mesh: crown.mesh, ..Surface::default() });
+    let wood = wood.map(|wood| {
+        let Surface { mesh, normals, .. } = &wood.surface;
+        Surface { mesh: mesh.clone(), normals: normals.clone(), ..Surface::default() }
     });
-    Ok(all.mesh)
+    Ok(crowns.chain(wood).fold(Surface::default(), |mut all, surface| {
+        all.append(surface);
+        all
+    }))
+}
+
+/// The normals that the ellipsoid in a mesh's box has where the vertices are, or would have if it were larger or smaller.
+fn of_ellipsoid(mesh: &PolyMesh) -> Vec<Vec3> {
+    let Some(bounds) = mesh.bounds() else { return vec![] };
+    let half = (0.5 * bounds.size()).max(Vec3::splat(1e-4));
+    mesh.positions.iter().map(|p| ((*p - bounds.center()) / (half * half)).normalize_or(Vec3::Y)).collect()
 }
 
 /// Somewhat more of it there.
