@@ -61,7 +61,7 @@ impl ForestPart {
         }
     }
 
-    /// Sets the vertices of its leaves for a tree that stands at `bytes` of the scene's instances.
+    /// Sets its material and the vertices of its leaves.
     fn bind(&self, pass: &mut wgpu::RenderPass) {
         pass.set_bind_group(1, &self.part.material, &[]);
         pass.set_vertex_buffer(0, self.part.vertices.slice(..));
@@ -161,7 +161,7 @@ impl Placed {
         }
         // As the predecessor: all of it, whenever any of it changes.
         let all = forest.resent && sent.bytes() > size_of::<f32>();
-        let sent = if all { Sent { still: whole(shown.still()), pairs: whole(shown.pairs()), ..sent } } else { sent };
+        let sent = if all { shown.whole(sent) } else { sent };
         for range in &sent.pairs {
             changes.write(
                 indices,
@@ -189,11 +189,6 @@ impl Placed {
     fn pairs(&self) -> Range<u32> {
         0..12 * self.shown.pairs().len() as u32
     }
-}
-
-/// All of a list, if it has anything.
-fn whole<T>(list: &[T]) -> Vec<Range<usize>> {
-    Vec::from_iter((!list.is_empty()).then_some(0..list.len()))
 }
 
 /// The indices of leaves.
@@ -250,12 +245,11 @@ impl ForestDrawer {
         let told = asked.par_iter_mut().map(|Asked { part, viewer, placed, .. }| {
             let wanted = part.forest.wanted(viewer);
             match placed {
-                Some(placed) => Err(placed.shown.set(&part.forest, &wanted)),
-                None => {
-                    let mut shown = Shown::finest(&part.forest);
-                    shown.set(&part.forest, &wanted);
-                    Ok(shown)
+                Some(placed) => {
+                    let sent = placed.shown.set(&part.forest, &wanted);
+                    Err(placed.shown.tidied(&part.forest, sent))
                 }
+                None => Ok(Shown::at(&part.forest, &wanted)),
             }
         });
         let told: Vec<_> = told.collect();

@@ -143,32 +143,31 @@ pub struct Shown {
     pairs: Places<[u32; 2]>,
     levels: Vec<ClusterLevel>,
     level: f32,
+    /// Places of leaves that are as they are, written since the lists were made.
+    scattered: usize,
 }
+
+/// One in so many places may be written before the lists are put in order again.
+const ORDERLY: usize = 4;
 
 /// Levels of clusters so near one another are sent at once.
 const GAP: u32 = 4;
 
 impl Shown {
-    /// The original, sent in full.
+    /// The original.
     pub fn finest(forest: &LeafForest) -> Self {
         let structure = &forest.forest;
-        let mut still = Places::new(structure.leaves());
-        let mut pairs = Places::new(structure.clusters());
-        for cluster in 0..structure.clusters() as u32 {
-            let pair = pair(structure, cluster, 0);
-            for number in 0..structure.size(cluster) as u16 {
-                if pair.is_none_or(|pair| !pair.contains(&number)) {
-                    let leaf = LeafId { cluster, number };
-                    still.put(structure.wearer(leaf) as u32, structure.flat(leaf));
-                }
-            }
-            if let Some(pair) = pair {
-                pairs.put(cluster, pair.map(|number| structure.flat(LeafId { cluster, number })));
-            }
-        }
-        (still.dirty, pairs.dirty) = (vec![], vec![]);
         let levels = (0..structure.clusters() as u32).map(|cluster| uniform_level(forest, cluster, 0)).collect();
-        Self { resolution: Resolution::finest(structure), still, pairs, levels, level: 0.0 }
+        let (still, pairs) = listed(structure, &Resolution::finest(structure));
+        Self { resolution: Resolution::finest(structure), still, pairs, levels, level: 0.0, scattered: 0 }
+    }
+
+    /// Another level: the lists from scratch, in the order in which leaves are stored.
+    pub fn at(forest: &LeafForest, wanted: &Wanted) -> Self {
+        let mut shown = Self::finest(forest);
+        shown.step(forest, wanted);
+        (shown.still, shown.pairs) = listed(&forest.forest, &shown.resolution);
+        shown
     }
 
     /// Numbers of the leaves that are as they are.
@@ -203,8 +202,36 @@ impl Shown {
 
     /// Shows another level. Touches changed clusters only.
     pub fn set(&mut self, forest: &LeafForest, wanted: &Wanted) -> Sent {
+        let (changes, touched) = self.step(forest, wanted);
+        for change in &changes {
+            self.rewrite(&forest.forest, *change);
+        }
+        let (still, pairs, levels) = (self.still.sent(), self.pairs.sent(), ranges(&touched, GAP));
+        self.scattered += still.iter().map(Range::len).sum::<usize>();
+        Sent { still, pairs, levels, changed: changes.len(), touched: touched.len() }
+    }
+
+    /// Puts the lists in the order in which leaves are stored where changes have scattered them: what is drawn reads vertices one after
+    /// another then. Gives what is to be sent instead of `sent`: on the average, [`ORDERLY`] places more for each that changes.
+    pub fn tidied(&mut self, forest: &LeafForest, sent: Sent) -> Sent {
+        if ORDERLY * self.scattered <= self.leaves() {
+            return sent;
+        }
+        (self.still, self.pairs) = listed(&forest.forest, &self.resolution);
+        self.scattered = 0;
+        self.whole(sent)
+    }
+
+    /// The same with all of both lists.
+    pub fn whole(&self, sent: Sent) -> Sent {
+        let all = |leaves: usize| Vec::from_iter((leaves > 0).then_some(0..leaves));
+        Sent { still: all(self.still().len()), pairs: all(self.pairs().len()), ..sent }
+    }
+
+    /// Goes to another level, but for the lists; gives the clusters that change, and those whose level does.
+    fn step(&mut self, forest: &LeafForest, wanted: &Wanted) -> (Vec<Change>, Vec<u32>) {
         let structure = &forest.forest;
-        let (changes, touched) = match wanted {
+        match wanted {
             Wanted::Uniform(index) => {
                 let last = structure.changed_groups().len() as f32;
                 let index = if index.is_nan() { 0.0 } else { index.clamp(0.0, last) };
@@ -240,12 +267,7 @@ impl Shown {
                 }
                 (changes, touched)
             }
-        };
-        for change in &changes {
-            self.rewrite(structure, *change);
         }
-        let levels = ranges(&touched, GAP);
-        Sent { still: self.still.sent(), pairs: self.pairs.sent(), levels, changed: changes.len(), touched: touched.len() }
     }
 
     fn rewrite(&mut self, forest: &Forest, Change { cluster, from, to }: Change) {
@@ -286,6 +308,27 @@ impl Shown {
             None => self.pairs.remove(cluster),
         }
     }
+}
+
+/// The lists of a level: leaves that are as they are, and pairs.
+fn listed(forest: &Forest, resolution: &Resolution) -> (Places<u32>, Places<[u32; 2]>) {
+    let (mut still, mut pairs) = (Places::new(forest.leaves()), Places::new(forest.clusters()));
+    let mut others = vec![];
+    for cluster in 0..forest.clusters() as u32 {
+        let collapsed = resolution.collapsed(cluster);
+        let pair = pair(forest, cluster, collapsed);
+        others.clear();
+        others.extend(forest.shown(cluster, collapsed).skip(2 * usize::from(pair.is_some())));
+        others.sort_unstable();
+        for leaf in others.iter().map(|&number| LeafId { cluster, number }) {
+            still.put(forest.wearer(leaf) as u32, forest.flat(leaf));
+        }
+        if let Some(pair) = pair {
+            pairs.put(cluster, pair.map(|number| forest.flat(LeafId { cluster, number })));
+        }
+    }
+    (still.dirty, pairs.dirty) = (vec![], vec![]);
+    (still, pairs)
 }
 
 /// The heir of a cluster's next collapse and what it absorbs.
@@ -358,6 +401,10 @@ mod tests {
             let forest = LeafForest::of(&synthetic(leaves, Seed(5)), leaves.div_ceil(20));
             let structure = &forest.forest;
             let mut shown = Shown::finest(&forest);
+            let halfway = Wanted::Uniform(0.5 * structure.changed_groups().len() as f32);
+            let mut walked = shown.clone();
+            walked.set(&forest, &halfway);
+            prop_assert_eq!(sorted(&Shown::at(&forest, &halfway)), sorted(&walked));
             let (mut still, mut pairs, mut levels) = (shown.still().to_vec(), shown.pairs().to_vec(), shown.levels.clone());
             for (uniform, share, seed) in walk {
                 let before = shown.resolution.clone();
@@ -385,6 +432,11 @@ mod tests {
                 let steps: usize = differ.clone().sum();
                 prop_assert_eq!(sent.changed, differ.filter(|d| *d > 0).count());
                 prop_assert!(sent.bytes() <= 4 + 2 * steps * 4 * 8 + sent.touched * size_of::<ClusterLevel>() * 8);
+                // However scattered, in order they show the same.
+                let (mut tidy, sorted_before) = (shown.clone(), sorted(&shown));
+                let all = tidy.tidied(&forest, Sent::default());
+                prop_assert!(all == Sent::default() || all.bytes() == 4 + LISTED * shown.leaves());
+                prop_assert_eq!(sorted(&tidy), sorted_before);
                 // Nothing changes: nothing but the level itself is sent.
                 prop_assert_eq!(shown.set(&forest, &wanted).bytes(), 4);
             }
