@@ -1,9 +1,9 @@
-// Leaves of many levels of detail into the sun's map.
+// Leaves on their way to another level of detail into the sun's map.
 #import shared/leaves
 #import shared/cast
 
 @vertex
-fn vs_main(@builtin(vertex_index) number: u32, bearer: Bearer) -> Cast {
-    let leaf = leaf_vertex(number);
-    return toward_sun(standing(bearer.place, bearer.rotation), leaf.position, leaf.normal, leaf.uv);
+fn vs_main(corner: Corner) -> Cast {
+    let leaf = on_its_way(corner);
+    return toward_sun(standing(corner.place, corner.rotation), leaf.position, leaf.normal, corner.uv);
 }

@@ -152,8 +152,6 @@ fn rust_structs() -> Vec<Layout> {
             tile_count,
             alike,
         }),
-        rust_struct!(LeafCorner { position, u, normal, v }),
-        rust_struct!(Leaf { corners, wears, cluster, into, heir }),
         rust_struct!(Counts { grown, instances, first_vertex, first_instance, roots }),
         rust_struct!(Smoothed { pixels, instances, first_vertex, first_instance, tiles }),
         rust_struct!(GrownPlace { pixel, depth }),

@@ -1,5 +1,7 @@
 //! Buffers with something in them.
 
+use std::ops::Range;
+
 use super::Gpu;
 use crate::Result;
 
@@ -69,6 +71,40 @@ impl KeptBuffer {
     }
 }
 
+/// Small changes of many buffers, sent together: each write through the queue takes a buffer of its own on the way.
+#[derive(Debug, Default)]
+pub struct Changes {
+    bytes: Vec<u8>,
+    /// Which buffer, from which byte on, and where `bytes` has what comes there.
+    copies: Vec<(wgpu::Buffer, u64, Range<u64>)>,
+}
+
+impl Changes {
+    /// Puts `contents`, a whole number of 4-byte words, into a buffer at a byte.
+    pub fn write(&mut self, buffer: &wgpu::Buffer, at: u64, contents: &[u8]) {
+        let begin = self.bytes.len() as u64;
+        self.bytes.extend_from_slice(contents);
+        self.copies.push((buffer.clone(), at, begin..self.bytes.len() as u64));
+    }
+
+    /// Sends all by way of `staging`, which is for copying from.
+    ///
+    /// # Errors
+    /// Those of [`KeptBuffer::fill`].
+    pub fn send(self, gpu: &Gpu, staging: &mut KeptBuffer) -> Result<()> {
+        if self.copies.is_empty() {
+            return Ok(());
+        }
+        staging.fill(gpu, &self.bytes)?;
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("changes") });
+        for (buffer, at, Range { start, end }) in &self.copies {
+            encoder.copy_buffer_to_buffer(staging.get(), *start, buffer, *at, end - start);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -88,5 +124,19 @@ mod tests {
             [false, true, false, false, true, false]
         );
         assert!(kept.fill(&gpu, &[1; 4]).is_ok());
+    }
+    #[test]
+    fn changes_come_to_where_they_belong_and_nowhere_else() {
+        let Some(gpu) = software_gpu() else { return };
+        let [one, two] = [1u8, 2].map(|byte| upload_buffer(&gpu, "test", &[byte; 16], wgpu::BufferUsages::COPY_SRC));
+        let mut staging = KeptBuffer::new(&gpu, "staging", wgpu::BufferUsages::COPY_SRC);
+        let mut changes = Changes::default();
+        changes.write(&one, 4, &[7; 4]);
+        changes.write(&two, 0, &[8; 8]);
+        changes.write(&one, 12, &[9; 4]);
+        changes.send(&gpu, &mut staging).unwrap();
+        assert_eq!(read_buffer(&gpu, &one).unwrap(), [[1; 4], [7; 4], [1; 4], [9; 4]].concat());
+        assert_eq!(read_buffer(&gpu, &two).unwrap(), [[8; 8], [2; 8]].concat());
+        Changes::default().send(&gpu, &mut staging).unwrap();
     }
 }

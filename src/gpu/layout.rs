@@ -323,39 +323,27 @@ pub struct GrowingCrown {
     pub pad: u32,
 }
 
-/// A corner of an original leaf: WGSL `LeafCorner`, four in a row for each leaf.
+/// What a corner of a leaf is on its way to be, beside the [`Vertex`] that it is.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct LeafCorner {
-    /// Object space, metres.
+pub struct Becoming {
+    /// Where it will be: as a corner of the leaf that replaces it, or in the middle of its own, where that vanishes.
     pub position: [f32; 3],
-    /// Texture coordinate, glTF's.
-    pub u: f32,
-    /// Unit normal, object space.
-    pub normal: [f32; 3],
-    /// The other.
-    pub v: f32,
-}
-
-/// A leaf of any level of detail: WGSL `Leaf`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct Leaf {
-    /// Each: original · 8 + corner · 2 + whether the normal is turned round.
-    pub corners: [u32; 4],
-    /// The original whose picture it wears.
-    pub wears: u32,
     /// Its cluster.
     pub cluster: u32,
-    /// The leaf that replaces it; [`Leaf::NOTHING`] for one that is never replaced.
-    pub into: u32,
-    /// 1 when that one wears its picture.
+    /// Its normal then.
+    pub normal: [f32; 3],
+    /// 1 when the leaf that replaces it wears its picture: it grows into that one. 0 when it vanishes.
     pub heir: u32,
 }
 
-impl Leaf {
-    /// The number of no leaf, and not that of which a cluster says that it makes none.
-    pub const NOTHING: u32 = u32::MAX - 1;
+impl Becoming {
+    /// Locations 6 to 9.
+    pub const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: size_of::<Self>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &wgpu::vertex_attr_array![6 => Float32x3, 7 => Uint32, 8 => Float32x3, 9 => Uint32],
+    };
 }
 
 /// One vertex of a mesh.

@@ -1,36 +1,40 @@
 //! The drawer of leaves in many levels of detail (Rebollo §IV and V, fig. 7 and 10).
 //!
-//! Corners of the originals and all leaves of all levels are put onto the device once and are shared by every tree of the species. Each placed
-//! tree has the list of the leaves that it shows and the level of each cluster; when the viewer moves, only what has changed of them is
-//! sent. One draw a tree, of four corners a leaf, which its two triangles share.
+//! The vertices of all leaves of all levels are put onto the device once and are shared by every tree of the species. Each placed tree has
+//! lists of those that it shows, as indices; when the viewer moves, only what has changed of them is sent. Two draws a tree: most leaves are
+//! as they are and cost what leaves of plain surfaces do; two of each cluster are on their way into one, and the vertex stage reckons where
+//! that has brought them.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::Vec3;
+use rayon::prelude::*;
 
 use super::Counted;
 use super::drawer::{Drawer, PASSES, PassKind};
 use super::part::{DevicePart, PartStore, PlaceInTree, Textures};
 use super::pipelines::{Pipelines, Style};
-use super::placing::Groups;
-use super::scene::{Scene, turn_of};
+use super::placing::{Groups, Placing};
+use super::scene::{Scene, SceneTree, turn_of};
 use crate::Result;
-use crate::geom::Surface;
-use crate::gpu::{Gpu, layout, upload_buffer};
+use crate::geom::{PolyMesh, Surface};
+use crate::gpu::{Changes, Gpu, KeptBuffer, layout, upload_buffer};
 use crate::model::Part;
 use crate::repr::BuiltPart;
-use crate::repr::lodf::{ClusterLevel, LeafForest, LeafId, Sent, Shown, Viewer, foliage};
+use crate::repr::lodf::{ClusterLevel, LISTED, LeafForest, LeafId, Sent, Shown, Viewer, foliage};
 
 /// The foliage of a part on the device.
 #[derive(Debug)]
 pub struct ForestPart {
-    /// What it is made of and when it is seen; it has no vertices of its own.
+    /// What it is made of, when it is seen, and four vertices of each leaf of each level, by
+    /// [`lodf::Forest::flat`](crate::repr::lodf::Forest::flat); which of them are shown is up to each placed tree.
     pub part: DevicePart,
     forest: Arc<LeafForest>,
-    corners: wgpu::Buffer,
-    leaves: wgpu::Buffer,
-    /// Two triangles of the four corners of each leaf that is shown: 0 1 2 and 0 2 3.
-    indices: wgpu::Buffer,
+    /// [`layout::Becoming`] each, beside the vertices.
+    becoming: wgpu::Buffer,
     /// Unlike that of any other.
     number: u64,
 }
@@ -46,69 +50,63 @@ impl ForestPart {
         textures: &mut Textures,
     ) -> Self {
         static UPLOADED: AtomicU64 = AtomicU64::new(0);
-        let bare = BuiltPart { part: Part { surface: Surface::default(), ..built.part.clone() }, ..built.clone() };
-        let storage = |label, contents: &[u8]| upload_buffer(gpu, label, contents, wgpu::BufferUsages::STORAGE);
+        let surface = corners(&built.part.surface, forest);
+        let becoming = becoming(&surface, forest);
+        let part = Part { surface, ..built.part.clone() };
         Self {
-            part: store.upload(gpu, &bare.part, (&bare.drawn, &bare.seen), place, textures),
-            corners: storage("forest.corners", bytemuck::cast_slice(&corners(&built.part.surface))),
-            leaves: storage("forest.leaves", bytemuck::cast_slice(&leaves(forest))),
-            indices: upload_buffer(
-                gpu,
-                "forest.indices",
-                bytemuck::cast_slice(&indices(forest.forest.leaves())),
-                wgpu::BufferUsages::INDEX,
-            ),
+            part: store.upload(gpu, &part, (&built.drawn, &built.seen), place, textures),
+            becoming: upload_buffer(gpu, "forest.becoming", bytemuck::cast_slice(&becoming), wgpu::BufferUsages::VERTEX),
             forest: forest.clone(),
             number: UPLOADED.fetch_add(1, Ordering::Relaxed),
         }
     }
+
+    /// Sets its material and the vertices of its leaves.
+    fn bind(&self, pass: &mut wgpu::RenderPass) {
+        pass.set_bind_group(1, &self.part.material, &[]);
+        pass.set_vertex_buffer(0, self.part.vertices.slice(..));
+        pass.set_vertex_buffer(2, self.becoming.slice(..));
+    }
 }
 
-fn corners(surface: &Surface) -> Vec<layout::LeafCorner> {
-    let corner = |v: u32| {
-        let v = v as usize;
-        let [u, w] = surface.uvs.get(v).copied().unwrap_or_default().to_array();
-        layout::LeafCorner {
-            position: surface.mesh.positions[v].to_array(),
-            u,
-            normal: surface.normals.get(v).map_or([0.0, 1.0, 0.0], |n| n.to_array()),
-            v: w,
-        }
-    };
-    (0..surface.mesh.polygon_count() as u32).flat_map(|leaf| foliage::corners(&surface.mesh, leaf).map(corner)).collect()
-}
-
-fn indices(leaves: usize) -> Vec<u32> {
-    (0..leaves as u32).flat_map(|leaf| [0, 1, 2, 0, 2, 3].map(|corner| 4 * leaf + corner)).collect()
-}
-
-/// All leaves of all levels, by [`lodf::Forest::flat`](crate::repr::lodf::Forest::flat).
-fn leaves(forest: &LeafForest) -> Vec<layout::Leaf> {
+/// The vertices of all leaves of all levels, four each.
+fn corners(surface: &Surface, forest: &LeafForest) -> Surface {
     let structure = &forest.forest;
-    let mut leaves = Vec::with_capacity(structure.all_leaves());
+    let of_cluster = |cluster| (0..structure.order(cluster).len() as u16).map(move |number| LeafId { cluster, number });
+    let leaves = (0..structure.clusters() as u32).flat_map(of_cluster);
+    let all: Vec<_> = leaves.flat_map(|leaf| foliage::drawn(surface, &structure.shape(leaf))).collect();
+    Surface {
+        mesh: PolyMesh { positions: all.iter().map(|corner| corner.position).collect(), ..PolyMesh::default() },
+        normals: all.iter().map(|corner| corner.normal).collect(),
+        uvs: all.iter().map(|corner| corner.uv).collect(),
+        ..Surface::default()
+    }
+}
+
+/// What becomes of each.
+fn becoming(corners: &Surface, forest: &LeafForest) -> Vec<layout::Becoming> {
+    let structure = &forest.forest;
+    let (positions, normals) = (&corners.mesh.positions, &corners.normals);
+    let place = |leaf: u32, k: usize| 4 * leaf as usize + k;
+    let mut becoming = vec![bytemuck::Zeroable::zeroed(); positions.len()];
     for cluster in 0..structure.clusters() as u32 {
-        let first = leaves.len();
-        for number in 0..structure.order(cluster).len() as u16 {
-            let shape = structure.shape(LeafId { cluster, number });
-            leaves.push(layout::Leaf {
-                corners: shape.corners.map(|c| c.leaf << 3 | u32::from(c.corner) << 1 | u32::from(c.turned)),
-                wears: shape.wears,
-                cluster,
-                // Nothing is ever made of the last one; no cluster makes that leaf.
-                into: layout::Leaf::NOTHING,
-                heir: 0,
-            });
-        }
-        for collapsed in 0..structure.size(cluster) - 1 {
-            let Some([heir, absorbed, made]) = structure.next(cluster, collapsed) else { break };
-            let into = structure.flat(LeafId { cluster, number: made });
-            for (number, heir) in [(heir, 1), (absorbed, 0)] {
-                let leaf = &mut leaves[first + usize::from(number)];
-                (leaf.into, leaf.heir) = (into, heir);
+        for [heir, absorbed, made] in (0..structure.size(cluster)).map_while(|collapsed| structure.next(cluster, collapsed)) {
+            let [heir, absorbed, made] = [heir, absorbed, made].map(|number| structure.flat(LeafId { cluster, number }));
+            let middle = 0.25 * (0..4).map(|k| positions[place(absorbed, k)]).sum::<Vec3>();
+            for k in 0..4 {
+                let (position, normal) = (positions[place(made, k)].to_array(), normals[place(made, k)].to_array());
+                becoming[place(heir, k)] = layout::Becoming { position, cluster, normal, heir: 1 };
+                let (position, normal) = (middle.to_array(), normals[place(absorbed, k)].to_array());
+                becoming[place(absorbed, k)] = layout::Becoming { position, cluster, normal, heir: 0 };
             }
         }
     }
-    leaves
+    becoming
+}
+
+/// Two triangles of the four vertices of a leaf.
+fn indices(leaf: u32) -> [u32; 6] {
+    [0, 1, 2, 0, 2, 3].map(|corner| 4 * leaf + corner)
 }
 
 /// Which placed tree: the part, and where it stands, so that trees in one place share what they show.
@@ -118,10 +116,84 @@ type Key = (u64, [u32; 8]);
 #[derive(Debug)]
 struct Placed {
     shown: Shown,
-    buffer: wgpu::Buffer,
+    /// The level, and what is under way in each cluster.
+    levels: wgpu::Buffer,
     group: wgpu::BindGroup,
+    /// Those of the pairs, with room for one of each cluster; then those of the other leaves.
+    indices: wgpu::Buffer,
+    first_still: u64,
     /// The frame in which it was drawn last.
     used: u64,
+}
+
+impl Placed {
+    fn new(gpu: &Gpu, layout: &wgpu::BindGroupLayout, forest: &LeafForest, shown: Shown) -> (Self, u64) {
+        let mut words = vec![shown.level().to_bits(), 0, 0, 0];
+        words.extend_from_slice(bytemuck::cast_slice(shown.levels()));
+        let levels = upload_buffer(gpu, "forest.levels", bytemuck::cast_slice(&words), wgpu::BufferUsages::STORAGE);
+        let first_still = 2 * LISTED as u64 * forest.forest.clusters() as u64;
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("forest.indices"),
+            size: first_still + (LISTED * forest.forest.leaves()) as u64,
+            usage: wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let lists = [(0, shown.pairs().as_flattened()), (first_still, shown.still())];
+        for (at, leaves) in lists.into_iter().filter(|(_, leaves)| !leaves.is_empty()) {
+            gpu.queue.write_buffer(&buffer, at, bytemuck::cast_slice(&listed(leaves)));
+        }
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("forest.group"),
+            layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: levels.as_entire_binding() }],
+        });
+        let bytes = size_of_val(&words[..]) + LISTED * shown.leaves();
+        (Self { shown, levels, group, indices: buffer, first_still, used: 0 }, bytes as u64)
+    }
+
+    /// What of it has changed; gives the bytes.
+    fn change(&self, forest: &LeafForest, sent: Sent, changes: &mut Changes) -> u64 {
+        let Self { shown, levels, indices, first_still, .. } = self;
+        changes.write(levels, 0, bytemuck::bytes_of(&shown.level()));
+        for range in &sent.levels {
+            let at = HEADER + (range.start * size_of::<ClusterLevel>()) as u64;
+            changes.write(levels, at, bytemuck::cast_slice(&shown.levels()[range.clone()]));
+        }
+        // As the predecessor: all of it, whenever any of it changes.
+        let all = forest.resent && sent.bytes() > size_of::<f32>();
+        let sent = if all { shown.whole(sent) } else { sent };
+        for range in &sent.pairs {
+            changes.write(
+                indices,
+                (2 * LISTED * range.start) as u64,
+                bytemuck::cast_slice(&listed(shown.pairs()[range.clone()].as_flattened())),
+            );
+        }
+        for range in &sent.still {
+            changes.write(
+                indices,
+                first_still + (LISTED * range.start) as u64,
+                bytemuck::cast_slice(&listed(&shown.still()[range.clone()])),
+            );
+        }
+        sent.bytes() as u64
+    }
+
+    /// Indices of the leaves that are as they are.
+    fn still(&self) -> Range<u32> {
+        let first = (self.first_still / size_of::<u32>() as u64) as u32;
+        first..first + 6 * self.shown.still().len() as u32
+    }
+
+    /// Of those that are on their way.
+    fn pairs(&self) -> Range<u32> {
+        0..12 * self.shown.pairs().len() as u32
+    }
+}
+
+/// The indices of leaves.
+fn listed(leaves: &[u32]) -> Vec<[u32; 6]> {
+    leaves.iter().map(|leaf| indices(*leaf)).collect()
 }
 
 /// Frames that a tree may be out of sight before what it shows is forgotten.
@@ -133,98 +205,115 @@ const HEADER: u64 = 16;
 /// Draws leaves.
 #[derive(Debug)]
 pub struct ForestDrawer {
-    pipelines: Pipelines,
+    /// Of leaves that are as they are.
+    still: Pipelines,
+    /// Of those on their way into another.
+    pairs: Pipelines,
     layout: wgpu::BindGroupLayout,
     placed: HashMap<Key, Placed>,
+    staging: KeptBuffer,
     frame: u64,
 }
 
+/// A placed tree whose leaves a frame shows.
+struct Asked<'a> {
+    part: &'a ForestPart,
+    key: Key,
+    viewer: Viewer,
+    placed: Option<Placed>,
+}
+
 impl ForestDrawer {
-    /// Compiles its pipelines.
+    /// Without any pipeline yet.
     pub fn new(gpu: &Gpu, groups: &Groups) -> Self {
-        let layout = leaves_layout(gpu);
-        let buffers = &[Some(layout::Instance::LAYOUT)];
-        let style = Style { seen: "leaves", cast: "cast_leaves", buffers, solid: false, grows: false };
-        let pipelines = Pipelines::new(gpu, style, groups, Some(&layout));
-        Self { pipelines, layout, placed: HashMap::new(), frame: 0 }
+        const BUFFERS: &[Option<wgpu::VertexBufferLayout<'static>>] =
+            &[Some(layout::Vertex::LAYOUT), Some(layout::Instance::LAYOUT), Some(layout::Becoming::LAYOUT)];
+        let layout = levels_layout(gpu);
+        let style = Style { seen: "leaves", cast: "cast_leaves", buffers: BUFFERS, solid: false, grows: false };
+        Self {
+            still: Pipelines::of_parts(gpu, groups, Placing::Each, ["mesh", "cast"], true),
+            pairs: Pipelines::new(gpu, style, groups, Some(&layout)),
+            layout,
+            placed: HashMap::new(),
+            staging: KeptBuffer::new(gpu, "forest.changes", wgpu::BufferUsages::COPY_SRC),
+            frame: 0,
+        }
     }
 
-    /// Shows of a placed tree what its viewer asks for; gives the bytes sent.
-    fn show(&mut self, gpu: &Gpu, part: &ForestPart, key: Key, viewer: &Viewer) -> u64 {
-        let wanted = part.forest.wanted(viewer);
-        if let Some(placed) = self.placed.get_mut(&key) {
-            placed.used = self.frame;
-            let sent = placed.shown.set(&part.forest, &wanted);
-            return send(gpu, placed, &part.forest, sent);
-        }
-        let mut shown = Shown::finest(&part.forest);
-        shown.set(&part.forest, &wanted);
-        let whole = whole(&shown, part.forest.forest.leaves());
-        let buffer = upload_buffer(gpu, "forest.shown", bytemuck::cast_slice(&whole), wgpu::BufferUsages::STORAGE);
-        let entry = |binding, buffer: &'_ wgpu::Buffer| (binding, buffer.clone());
-        let buffers = [entry(0, &part.corners), entry(1, &part.leaves), entry(2, &buffer)];
-        let entries = buffers
-            .each_ref()
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() });
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("forest.group"),
-            layout: &self.layout,
-            entries: &entries,
+    /// Shows of placed trees what their viewers ask for; gives the bytes sent.
+    fn show(&mut self, gpu: &Gpu, mut asked: Vec<Asked>) -> Result<u64> {
+        let told = asked.par_iter_mut().map(|Asked { part, viewer, placed, .. }| {
+            let wanted = part.forest.wanted(viewer);
+            match placed {
+                Some(placed) => {
+                    let sent = placed.shown.set(&part.forest, &wanted);
+                    Err(placed.shown.tidied(&part.forest, sent))
+                }
+                None => Ok(Shown::at(&part.forest, &wanted)),
+            }
         });
-        self.placed.insert(key, Placed { shown, buffer, group, used: self.frame });
-        size_of_val(&whole[..]) as u64
+        let told: Vec<_> = told.collect();
+        let (mut bytes, mut changes) = (0, Changes::default());
+        for (Asked { part, key, placed, .. }, told) in asked.into_iter().zip(told) {
+            let (placed, sent) = match (placed, told) {
+                (Some(placed), Err(sent)) => {
+                    let sent = placed.change(&part.forest, sent, &mut changes);
+                    (placed, sent)
+                }
+                (_, Ok(shown)) => gpu.guarded(|| Placed::new(gpu, &self.layout, &part.forest, shown))?,
+                (None, Err(_)) => continue,
+            };
+            self.placed.insert(key, Placed { used: self.frame, ..placed });
+            bytes += sent;
+        }
+        changes.send(gpu, &mut self.staging)?;
+        Ok(bytes)
     }
 
     /// Leaves shown of all trees in the last frame.
     pub fn leaves_shown(&self) -> usize {
-        self.placed.values().filter(|placed| placed.used == self.frame).map(|placed| placed.shown.entries().len()).sum()
+        self.placed.values().filter(|placed| placed.used == self.frame).map(|placed| placed.shown.leaves()).sum()
     }
 
     /// Draw calls and triangles of leaves in a pass of the frame that was prepared last.
     pub fn counted(&self, scene: &Scene, kind: PassKind) -> Counted {
-        let forests = scene.trees(kind).iter().flat_map(|placed| placed.tree.forests().iter().map(move |part| (placed, part)));
-        let shown = forests.flat_map(|(placed, part)| {
-            let instances = placed.instances(scene, part.part.group).iter();
-            instances.filter_map(|instance| self.placed.get(&key(part, instance)))
-        });
-        shown.fold(Counted::default(), |sum, placed| sum + Counted { draws: 1, triangles: 2 * placed.shown.entries().len() as u64 })
+        let of = |(_, placed): (Standing, &Placed)| {
+            let lists = [placed.still(), placed.pairs()];
+            let indices: u64 = lists.iter().map(|list| list.len() as u64).sum();
+            Counted { draws: lists.iter().filter(|list| !list.is_empty()).count() as u64, triangles: indices / 3 }
+        };
+        self.standing(scene, kind).map(of).fold(Counted::default(), |sum, counted| sum + counted)
+    }
+
+    /// All placed trees of a pass.
+    fn standing<'a>(&'a self, scene: &'a Scene, kind: PassKind) -> impl Iterator<Item = (Standing<'a>, &'a Placed)> {
+        let forests = scene.trees(kind).iter().flat_map(|tree| tree.tree.forests().iter().map(move |part| (tree, part)));
+        forests.flat_map(move |(tree, part)| {
+            let instances = tree.instances(scene, part.part.group).iter().enumerate();
+            instances.filter_map(move |(number, instance)| {
+                Some((Standing { tree, part, number, instance }, self.placed.get(&key(part, instance))?))
+            })
+        })
     }
 }
 
-/// Everything that a placed tree has on the device, with room for `most` leaves.
-fn whole(shown: &Shown, most: usize) -> Vec<u32> {
-    let mut words = vec![shown.level().to_bits(), shown.levels().len() as u32, 0, 0];
-    words.extend_from_slice(bytemuck::cast_slice(shown.levels()));
-    words.extend_from_slice(shown.entries());
-    words.resize(words.len() + most - shown.entries().len(), 0);
-    words
+/// The foliage of a part where it stands.
+struct Standing<'a> {
+    tree: &'a SceneTree<'a>,
+    part: &'a ForestPart,
+    /// Among the instances of the part's group.
+    number: usize,
+    instance: &'a layout::Instance,
 }
 
-/// Sends what has changed; gives the bytes.
-fn send(gpu: &Gpu, placed: &Placed, forest: &LeafForest, sent: Sent) -> u64 {
-    let Placed { shown, buffer, .. } = placed;
-    let first_entry = HEADER + size_of_val(shown.levels()) as u64;
-    gpu.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&shown.level()));
-    for range in &sent.levels {
-        let at = HEADER + (range.start * size_of::<ClusterLevel>()) as u64;
-        gpu.queue.write_buffer(buffer, at, bytemuck::cast_slice(&shown.levels()[range.clone()]));
+impl Standing<'_> {
+    /// Where its instance lies on the device.
+    fn bytes(&self) -> Option<Range<u64>> {
+        let (all, _) = self.tree.placed(self.part.part.group)?;
+        let size = size_of::<layout::Instance>() as u64;
+        let at = all.start + self.number as u64 * size;
+        Some(at..at + size)
     }
-    if forest.resent {
-        // As the predecessor: all of it, whenever any of it changes.
-        let anything = !sent.entries.is_empty() || !sent.levels.is_empty();
-        if anything {
-            gpu.queue.write_buffer(buffer, first_entry, bytemuck::cast_slice(shown.entries()));
-            return (sent.levels.iter().map(|r| r.len() * size_of::<ClusterLevel>()).sum::<usize>()
-                + size_of_val(shown.entries())
-                + 4) as u64;
-        }
-        return 4;
-    }
-    for range in &sent.entries {
-        let at = first_entry + 4 * range.start as u64;
-        gpu.queue.write_buffer(buffer, at, bytemuck::cast_slice(&shown.entries()[range.clone()]));
-    }
-    sent.bytes() as u64
 }
 
 fn key(part: &ForestPart, instance: &layout::Instance) -> Key {
@@ -247,56 +336,60 @@ fn viewer(scene: &Scene, instance: &layout::Instance, tree_height_m: f32) -> Vie
 impl Drawer for ForestDrawer {
     fn prepare(&mut self, gpu: &Gpu, scene: &Scene) -> Result<u64> {
         self.frame += 1;
-        let mut sent = 0;
+        let (mut asked, mut known) = (vec![], HashSet::new());
         for (kind, placed) in PASSES.iter().flat_map(|kind| scene.trees(*kind).iter().map(move |placed| (*kind, placed))) {
             for part in placed.tree.forests() {
-                self.pipelines.ready(gpu, &part.part, kind, scene.traits);
+                self.still.ready(gpu, &part.part, kind, scene.traits);
+                self.pairs.ready(gpu, &part.part, kind, scene.traits);
                 for instance in placed.instances(scene, part.part.group) {
                     let key = key(part, instance);
-                    if self.placed.get(&key).is_none_or(|placed| placed.used != self.frame) {
+                    if known.insert(key) {
                         let viewer = viewer(scene, instance, placed.tree.height_m());
-                        sent += gpu.guarded(|| self.show(gpu, part, key, &viewer))?;
+                        asked.push(Asked { part, key, viewer, placed: self.placed.remove(&key) });
                     }
                 }
             }
         }
+        let sent = self.show(gpu, asked)?;
         let frame = self.frame;
         self.placed.retain(|_, placed| placed.used + FORGOTTEN >= frame);
         Ok(sent)
     }
 
     fn draw(&self, pass: &mut wgpu::RenderPass, scene: &Scene, kind: PassKind) {
-        for tree in scene.trees(kind) {
-            for part in tree.tree.forests() {
-                let Some((bytes, _)) = tree.placed(part.part.group) else { continue };
-                pass.set_pipeline(self.pipelines.of(&part.part, kind, scene.traits));
-                pass.set_bind_group(1, &part.part.material, &[]);
-                pass.set_index_buffer(part.indices.slice(..), wgpu::IndexFormat::Uint32);
-                for (number, instance) in tree.instances(scene, part.part.group).iter().enumerate() {
-                    let Some(placed) = self.placed.get(&key(part, instance)) else { continue };
-                    let at = bytes.start + (number * size_of::<layout::Instance>()) as u64;
-                    pass.set_vertex_buffer(0, scene.instances.slice(at..at + size_of::<layout::Instance>() as u64));
+        let mut standing: Vec<_> = self.standing(scene, kind).collect();
+        // What is before others goes first, so that fewer fragments are worked on that are hidden.
+        let away = |at: &Standing| scene.viewer.away_m(Vec3::from(at.instance.position));
+        standing.sort_by(|(a, _), (b, _)| away(a).total_cmp(&away(b)));
+        for (pipelines, pairs) in [(&self.still, false), (&self.pairs, true)] {
+            for (at, placed) in &standing {
+                let list = if pairs { placed.pairs() } else { placed.still() };
+                let Some(bytes) = at.bytes().filter(|_| !list.is_empty()) else { continue };
+                pass.set_pipeline(pipelines.of(&at.part.part, kind, scene.traits));
+                at.part.bind(pass);
+                pass.set_vertex_buffer(1, scene.instances.slice(bytes));
+                pass.set_index_buffer(placed.indices.slice(..), wgpu::IndexFormat::Uint32);
+                if pairs {
                     pass.set_bind_group(3, &placed.group, &[]);
-                    pass.draw_indexed(0..6 * placed.shown.entries().len() as u32, 0, 0..1);
                 }
+                pass.draw_indexed(list, 0, 0..1);
             }
         }
     }
 }
 
-fn leaves_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    let entry = |binding| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::VERTEX,
-        ty: wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only: true },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
-        count: None,
-    };
+fn levels_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("forest.layout"),
-        entries: &[entry(0), entry(1), entry(2)],
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::VERTEX,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: true },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }],
     })
 }

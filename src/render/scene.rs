@@ -46,6 +46,15 @@ impl Viewer {
         (self.level_eye, self.heights)
     }
 
+    /// How far away a place is, in parallel projection from the viewer's plane.
+    pub fn away_m(&self, place: Vec3) -> f32 {
+        let way = self.camera.eye - place;
+        match self.camera.projection {
+            Projection::Perspective { .. } => way.length(),
+            Projection::Orthographic { .. } => way.dot(self.camera.axes[2]),
+        }
+    }
+
     /// How far it is from a point of a placed tree that is so tall, in heights of the tree, as [`Seen`] has distances.
     pub fn distance(&self, height_m: f32, at: Vec3, instance: &layout::Instance) -> f32 {
         let [plain, by_distance] = self.heights;

@@ -29,8 +29,6 @@ pub struct Stats {
 /// Bytes of a vertex and of a triangle's corners on the device.
 const VERTEX_BYTES: usize = 32;
 const TRIANGLE_BYTES: usize = 12;
-/// Bytes of the corners of a leaf in a forest.
-const LEAF_BYTES: usize = 4 * VERTEX_BYTES;
 
 impl Stats {
     /// What is seen at a distance.
@@ -68,7 +66,7 @@ impl Stats {
             stats.vertices += mesh.positions.len();
             stats.draw_calls += 1;
             stats.geometry_bytes += match drawn {
-                Drawn::Forest(forest) => LEAF_BYTES * mesh.polygon_count() + forest.device_bytes(),
+                Drawn::Forest(forest) => forest.device_bytes(),
                 _ => VERTEX_BYTES * mesh.positions.len() + TRIANGLE_BYTES * triangles,
             };
             for picture in [&part.material.texture, &part.material.normal_texture].into_iter().flatten() {

@@ -147,11 +147,11 @@ pub fn extraction(surface: &Surface, forest: &LeafForest, runs: usize) -> Vec<Me
     let mut shown = Shown::finest(forest);
     walked(&mut rows, runs, "lodf, GPU-resident", "uniform, extraction", |level| {
         let sent = shown.set(forest, &Wanted::Uniform((level * last) as f32));
-        (shown.entries().len(), sent.bytes() as u64)
+        (shown.leaves(), sent.bytes() as u64)
     });
     walked(&mut rows, runs, "lodf, GPU-resident", "variable, extraction", |level| {
         let sent = shown.set(&zones, &zones.wanted(&viewer(level)));
-        (shown.entries().len(), sent.bytes() as u64)
+        (shown.leaves(), sent.bytes() as u64)
     });
 
     let indices: Vec<u32> = surface.mesh.triangulated().flatten().collect();

@@ -22,7 +22,7 @@ pub use detail::{Crown, Detail, Viewer, Wanted, Zones, collapses};
 pub use forest::{Forest, LeafId, LeafShape};
 pub use method::{Lodf, LodfParams, plain_levels};
 pub use resolution::{Change, Resolution};
-pub use shown::{ClusterLevel, Sent, Shown};
+pub use shown::{ClusterLevel, LISTED, Sent, Shown};
 
 use crate::geom::{Bounds, Surface};
 
@@ -70,11 +70,12 @@ impl LeafForest {
         self.forest.bytes() + size_of_val(&self.ends[..]) + size_of_val(&self.crown.spheres[..])
     }
 
-    /// Bytes of the leaves of all levels and of one tree's list on a device, beside the corners of the originals.
+    /// Bytes of the leaves of all levels and of one tree's lists on a device.
     pub fn device_bytes(&self) -> usize {
-        const LEAF: usize = 32;
-        let of_tree = size_of::<u32>() * self.forest.leaves() + size_of::<ClusterLevel>() * (self.forest.clusters() + 1);
-        LEAF * self.forest.all_leaves() + of_tree
+        /// Four corners, and what becomes of each.
+        const LEAF: usize = 4 * (32 + 32);
+        let of_tree = LISTED * (self.forest.leaves() + 2 * self.forest.clusters());
+        LEAF * self.forest.all_leaves() + of_tree + size_of::<ClusterLevel>() * (self.forest.clusters() + 1)
     }
 
     /// How many leaves are shown of the whole at a distance, in heights.
