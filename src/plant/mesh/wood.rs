@@ -41,18 +41,18 @@ const THINNEST_M: f32 = 5e-4;
 /// Texture coordinates go round a branch a whole number of times, chosen at its base, and along it in step with its local girth, so that
 /// the bark keeps its proportions on the way to a thin tip. They run on beyond 0..1: the texture repeats.
 pub fn wood(skeleton: &Skeleton, params: &WoodParams, seed: Seed) -> Surface {
-    wood_within(skeleton, params, seed, 0.0)
+    wood_within(skeleton, params, seed, [0.0; 2])
 }
 
-/// The same with as few rings and corners as leave it within `error_m` of that. Branches thinner than half of that are left out, all but the trunk;
-/// where a branch begins inside another, or ends in a point, it is left open. As many corners as are left are as wide on the average as the
+/// The same with as few rings and corners as leave it within `error_m` of that. Branches no thicker than `thinnest_m` are left out, all but
+/// the trunk; where a branch begins inside another, or ends in a point, it is left open. As many corners as are left are as wide on the average as the
 /// round branch is.
-pub fn wood_within(skeleton: &Skeleton, params: &WoodParams, seed: Seed, error_m: f32) -> Surface {
+pub fn wood_within(skeleton: &Skeleton, params: &WoodParams, seed: Seed, [error_m, thinnest_m]: [f32; 2]) -> Surface {
     let mut surface = Surface::default();
     for limb in limbs(skeleton) {
         let grounded = skeleton.bones[limb[0] as usize].parent.is_none();
         let rings = thinned(rings(skeleton, &limb, params, seed), 0.5 * error_m);
-        if grounded || 4.0 * widest_m(&rings) > error_m {
+        if grounded || 2.0 * widest_m(&rings) > thinnest_m {
             let draw = seed.keyed("wood", u64::from(limb[0])).unit() as f32;
             Limb::new(&rings, grounded, params, draw, error_m).emit(&mut surface);
         }

@@ -38,6 +38,8 @@ crate::params! {
         error_px: f64 = 1.0, in 0.1..=64.0, unit "px", source "ours: what is smaller than a pixel does not show";
         /// How many pixels the surface of wood without leaves may be off where it gets fewer corners; 0 for never.
         round_px: f64 = 1.0, in 0.0..=64.0, unit "px", source "ours: what is smaller than a pixel does not show";
+        /// How many pixels wide a branch of such wood may be when it goes.
+        thin_px: f64 = 0.5, in 0.0..=64.0, unit "px", source "ours: in leaf, thin branches hardly show";
     }
 }
 
@@ -88,15 +90,16 @@ impl Representation for Multichain {
         let errors_m: Vec<f32> = (0..ends.len()).map(|level| error_m(skeleton, &order, ends[level], &added[..level])).collect();
         let switches = switches(&errors_m, params.error_px as f32, bounds.height_m());
         let levels = (0..).zip(middles(&switches)).map(|(level, distance)| Level { name: name(&order, ends[level]), distance });
-        let seen = |near: f32, far: f32| Seen::between(bounds.center(), near, far, BAND);
         let round_px = if with_leaves { 0.0 } else { params.round_px as f32 };
+        let band = if round_px > 0.0 { ROUND_BAND } else { BAND };
+        let seen = |near: f32, far: f32| Seen::between(bounds.center(), near, far, band);
         let of_level = |(level, addition): (usize, Addition)| {
             let far = switches.get(level + 1).copied().unwrap_or(f32::MAX);
-            let rungs = rungs(far, round_px, bounds.height_m());
+            let rungs = rungs(far, [round_px, params.thin_px as f32], bounds.height_m());
             let first = rungs.first().map_or(far, |rung| rung.near);
             let whole = addition.parts().into_iter().map(|part| BuiltPart::still(part).seen(seen(0.0, first)));
             let coarser = rungs.iter().map(|rung| {
-                let surface = wood_of(skeleton, comes_in(&order, &ends, level), job.seed, rung.error_m);
+                let surface = wood_of(skeleton, comes_in(&order, &ends, level), job.seed, rung.errors_m);
                 BuiltPart::still(Part { surface, ..tree.wood[0].clone() }).seen(seen(rung.near, rung.far))
             });
             whole.chain(coarser).filter(|built| built.part.surface.mesh.polygon_count() > 0).collect::<Vec<_>>()
@@ -129,24 +132,28 @@ fn name(order: &Order, end: u32) -> String {
     format!("{} branches", order.branches[end as usize])
 }
 
-/// Wood with fewer corners: from where to where it is seen, in heights of the tree, and how far its surface may be off.
+/// Wood with fewer corners: from where to where it is seen, in heights of the tree, and how far its surface may be off, and how thick a branch
+/// may be that is gone.
 struct Rung {
     near: f32,
     far: f32,
-    error_m: f32,
+    errors_m: [f32; 2],
 }
 
 /// Nearer than that, in heights of the tree, wood is as round as it was grown.
-const ROUND_WITHIN: f32 = 1.5;
+const ROUND_WITHIN: f32 = 1.06;
 /// So often corners get fewer, each time twice as far away: beyond, a trunk is hardly a pixel wide.
-const RUNGS: i32 = 6;
+const RUNGS: i32 = 7;
+/// Over which share of its distance wood fades into such with fewer corners: they are so alike that a blend hardly shows, and both are drawn.
+const ROUND_BAND: f32 = 0.05;
 
-/// Those of wood that is seen up to `far`, whose surface may be off by so many pixels.
-fn rungs(far: f32, round_px: f32, height_m: f32) -> Vec<Rung> {
+/// Those of wood that is seen up to `far`, whose surface may be off, and whose branches may be thick that are gone, by so many pixels.
+fn rungs(far: f32, [round_px, thin_px]: [f32; 2], height_m: f32) -> Vec<Rung> {
     let near = |number: i32| ROUND_WITHIN * 2f32.powi(number);
     let rung = |number: i32| {
         let far = if number + 1 < RUNGS { far.min(near(number + 1)) } else { far };
-        Rung { near: near(number), far, error_m: round_px * near(number) * height_m / REFERENCE_FOCAL_PX }
+        let pixel_m = near(number) * height_m / REFERENCE_FOCAL_PX;
+        Rung { near: near(number), far, errors_m: [round_px * pixel_m, thin_px * pixel_m] }
     };
     (0..RUNGS).filter(|number| round_px > 0.0 && near(*number) < far).map(rung).collect()
 }
@@ -175,7 +182,7 @@ fn additions(
     let perch = if with_leaves { perches(tree, skeleton, seed) } else { vec![] };
     let addition = |level: usize| {
         let comes_in = comes_in(order, ends, level);
-        let wood = Part { surface: wood_of(skeleton, &comes_in, seed, 0.0), ..tree.wood[0].clone() };
+        let wood = Part { surface: wood_of(skeleton, &comes_in, seed, [0.0; 2]), ..tree.wood[0].clone() };
         let leaves =
             (0..if with_leaves { tree.foliage.len() } else { 0 }).map(|part| leaves_of(tree, part, &perch, &comes_in)).collect();
         Addition { wood, leaves }
@@ -189,12 +196,12 @@ fn comes_in(order: &Order, ends: &[u32], level: usize) -> impl Fn(u32) -> bool {
     move |bone| shown.contains(&order.level_of[bone as usize])
 }
 
-/// The wood of some of the bones, within `error_m` of it. A bone without length is not drawn, and all keep their numbers, by which bark is
+/// The wood of some of the bones, within `errors_m` of it: see [`Rung`]. A bone without length is not drawn, and all keep their numbers, by which bark is
 /// placed.
-fn wood_of(skeleton: &Skeleton, shown: impl Fn(u32) -> bool, seed: Seed, error_m: f32) -> Surface {
+fn wood_of(skeleton: &Skeleton, shown: impl Fn(u32) -> bool, seed: Seed, errors_m: [f32; 2]) -> Surface {
     let mut some = skeleton.clone();
     some.bones.iter_mut().zip(0..).filter(|(_, number)| !shown(*number)).for_each(|(bone, _)| bone.length_m = 0.0);
-    wood::wood_within(&some, &WoodParams::default(), seed, error_m)
+    wood::wood_within(&some, &WoodParams::default(), seed, errors_m)
 }
 
 /// Those leaves of one part whose bones are shown.
