@@ -103,9 +103,8 @@ pub(super) const FIG_10: Exhibit = Exhibit {
          interactive rates” (Pentium III, GeForce 2 MX).",
     ),
     ours: fig_10,
-    differs: "Trees stand 24 heights away and farther, where boxes stand for branches; from nearer leaves are drawn as they \
-              are and nothing is saved. Counts stop where a frame takes longer than a second and a half; on a software driver \
-              that comes early.",
+    differs: "Trees stand so far away that boxes stand for branches; from nearer leaves are drawn as they are and nothing is saved. \
+              Counts stop where a frame takes longer than a second and a half; on a software driver that comes early.",
 };
 
 /// How far the nearest tree stands at least, in heights.

@@ -88,7 +88,7 @@ pub(super) const TABLE_2: Exhibit = Exhibit {
     },
     ours: table_2,
     differs: "What takes slices their time is looking up their pictures, for every pixel that they cover. Distances are theirs, in heights of \
-              the tree by their own units; the tree is not their 161 bare bones.",
+              the tree by their own units; the tree is not their bare one.",
 };
 
 fn table_2(bench: &mut Bench) -> Result<Ours> {
