@@ -133,7 +133,7 @@ fn fig_10(bench: &mut Bench) -> Result<Ours> {
         let cell = |curve: &Curve| curve.points.get(row).map_or("—".to_owned(), |[_, rate]| format!("{rate:.2}"));
         table.row([count.to_string(), cell(&curves[0]), cell(&curves[1])]);
     }
-    let both = curves[0].points.iter().zip(&curves[1].points).last();
+    let both = curves[0].points.iter().zip(&curves[1].points).next_back();
     let found = both.map_or_else(String::new, |([trees, geometry], [_, boxes])| {
         format!("At {trees} trees, the most that both drew, boxes give {} times the frames of geometry.", times(*boxes, *geometry))
     });

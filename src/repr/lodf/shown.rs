@@ -212,7 +212,7 @@ impl Shown {
     }
 
     /// Puts the lists in the order in which leaves are stored where changes have scattered them: what is drawn reads vertices one after
-    /// another then. Gives what is to be sent instead of `sent`: on the average, [`ORDERLY`] places more for each that changes.
+    /// another then. Gives what is to be sent instead of `sent`: on the average, `ORDERLY` places more for each that changes.
     pub fn tidied(&mut self, forest: &LeafForest, sent: Sent) -> Sent {
         if ORDERLY * self.scattered <= self.leaves() {
             return sent;
@@ -387,7 +387,8 @@ mod tests {
             Some(pair.map(|number| structure.flat(LeafId { cluster, number })))
         });
         let (mut wanted, mut found): (Vec<_>, Vec<_>) = (wanted.collect(), shown.pairs().to_vec());
-        (wanted.sort_unstable(), found.sort_unstable());
+        wanted.sort_unstable();
+        found.sort_unstable();
         wanted == found
     }
 
