@@ -154,7 +154,9 @@ impl Placed {
     /// What of it has changed; gives the bytes.
     fn change(&self, forest: &LeafForest, sent: Sent, changes: &mut Changes) -> u64 {
         let Self { shown, levels, indices, first_still, .. } = self;
-        changes.write(levels, 0, bytemuck::bytes_of(&shown.level()));
+        if sent.level {
+            changes.write(levels, 0, bytemuck::bytes_of(&shown.level()));
+        }
         for range in &sent.levels {
             let at = HEADER + (range.start * size_of::<ClusterLevel>()) as u64;
             changes.write(levels, at, bytemuck::cast_slice(&shown.levels()[range.clone()]));
