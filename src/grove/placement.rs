@@ -302,7 +302,8 @@ pub(super) fn turn(draws: &mut Draws) -> f32 {
 
 /// Where the foot of a trunk goes so that none of it hangs over the slope: as deep as the lowest ground under its rim. `None` off the ground.
 pub fn foot_at(ground: &HeightField, x: f32, z: f32, trunk_radius_m: f32) -> Option<Vec3> {
-    const AROUND: u16 = 8;
+    // With eight, a crease between two looks left a sixteenth of the radius of air under the rim.
+    const AROUND: u16 = 32;
     let middle = ground.height_at(x, z)?;
     let normal = ground.normal_at(x, z)?;
     // The triangle under it exactly, and the ones beside it by looking around.
