@@ -105,6 +105,23 @@ impl Changes {
     }
 }
 
+/// A group of one buffer that vertex stages read.
+pub fn storage_layout(gpu: &Gpu, label: &str) -> wgpu::BindGroupLayout {
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some(label),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::VERTEX,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: true },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }],
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -125,6 +142,7 @@ mod tests {
         );
         assert!(kept.fill(&gpu, &[1; 4]).is_ok());
     }
+
     #[test]
     fn changes_come_to_where_they_belong_and_nowhere_else() {
         let Some(gpu) = software_gpu() else { return };

@@ -14,7 +14,7 @@ mod texture;
 mod timing;
 
 pub use adapter::{AdapterChoice, Gpu, instance};
-pub use buffer::{Changes, KeptBuffer, upload_buffer};
+pub use buffer::{Changes, KeptBuffer, storage_layout, upload_buffer};
 pub use readback::{read_buffer, read_texture};
 pub use shader::{SHADERS, Shader, VARIANTS, assemble, assemble_for};
 pub use survey::{Found, survey};

@@ -21,7 +21,7 @@ use super::placing::{Groups, Placing};
 use super::scene::{Scene, SceneTree, turn_of};
 use crate::Result;
 use crate::geom::{PolyMesh, Surface};
-use crate::gpu::{Changes, Gpu, KeptBuffer, layout, upload_buffer};
+use crate::gpu::{Changes, Gpu, KeptBuffer, layout, storage_layout, upload_buffer};
 use crate::model::Part;
 use crate::repr::BuiltPart;
 use crate::repr::lodf::{ClusterLevel, LISTED, LeafForest, LeafId, Sent, Shown, Viewer, foliage};
@@ -230,7 +230,7 @@ impl ForestDrawer {
     pub fn new(gpu: &Gpu, groups: &Groups) -> Self {
         const BUFFERS: &[Option<wgpu::VertexBufferLayout<'static>>] =
             &[Some(layout::Vertex::LAYOUT), Some(layout::Instance::LAYOUT), Some(layout::Becoming::LAYOUT)];
-        let layout = levels_layout(gpu);
+        let layout = storage_layout(gpu, "forest.layout");
         let style = Style { seen: "leaves", cast: "cast_leaves", buffers: BUFFERS, solid: false, grows: false };
         Self {
             still: Pipelines::of_parts(gpu, groups, Placing::Each, ["mesh", "cast"], true),
@@ -378,20 +378,4 @@ impl Drawer for ForestDrawer {
             }
         }
     }
-}
-
-fn levels_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("forest.layout"),
-        entries: &[wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: wgpu::ShaderStages::VERTEX,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only: true },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        }],
-    })
 }

@@ -20,7 +20,7 @@ use super::shadow::SunView;
 use super::tree::Tree;
 use super::{Camera, Shot, Stage};
 use crate::geom::Bounds;
-use crate::gpu::{Gpu, layout, upload_buffer};
+use crate::gpu::{Gpu, layout, storage_layout, upload_buffer};
 use crate::repr::Seen;
 use crate::{Error, Result};
 
@@ -154,19 +154,7 @@ pub struct Crowd {
 
 /// How the drawers bind the placed trees: their group 3.
 pub fn group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("crowd.layout"),
-        entries: &[wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: wgpu::ShaderStages::VERTEX,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only: true },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        }],
-    })
+    storage_layout(gpu, "crowd.layout")
 }
 
 impl Crowd {
